@@ -1,0 +1,24 @@
+"""Array types shared by every module.
+
+Conventions of the whole package, stated once:
+
+* SI units, radians; degrees only in configuration fields whose name ends in ``_deg``.
+* Frames are right-handed. The world's z axis points up, the table top is the plane z = 0.
+* ``transform_a_to_b`` is the homogeneous matrix, shape (4, 4), that maps coordinates in frame a to
+  coordinates in frame b (so it is the pose of frame a seen from frame b).
+* A camera's optical frame has x to the right, y down, z along the optical axis.
+* Image coordinates are continuous: the pixel of row r and column c covers [c, c + 1] x [r, r + 1].
+* Surface normals point OUT of the object. Functions that take contact normals pointing INTO the
+  object (the grasp measures) say so in their docstring.
+* A twist or wrench stacks the linear part first: [v; omega], [f; tau].
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+ImageArray: TypeAlias = npt.NDArray[np.uint8]
