@@ -1,0 +1,209 @@
+"""The visual hull: all points that project inside every silhouette.
+
+Each silhouette becomes a signed distance field on its cropped bounding box, read bilinearly, so
+that the hull's border is known to a fraction of a pixel.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+from numba import njit
+
+from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.errors import ImageError, StationError
+from graspbench.perception.camera import Camera
+
+if TYPE_CHECKING:
+    from graspbench.perception.silhouette import Silhouette
+
+PAD = 4
+"""Background pixels kept around a silhouette's box."""
+
+SMOOTHING_PX = 0.8
+"""Width of the Gaussian that takes the pixels' staircase out of the distance field."""
+
+BEHIND_CAMERA_M = 1e3
+
+
+class HullFields(NamedTuple):
+    """The distance fields as the compiled loops read them.
+
+    Attributes:
+        projections: World point to homogeneous position on each field's grid, shape (n_img, 3, 4).
+        metres_per_pixel: Per unit of depth, shape (n_img,).
+        starts: Offset of each field in ``values``, shape (n_img,).
+        sizes: Rows and columns of each field, shape (n_img, 2).
+        values: Signed distances in pixels, negative inside; all fields one after the other.
+        ground_m: Height of the ground plane; minus infinity for none.
+    """
+
+    projections: FloatArray
+    metres_per_pixel: FloatArray
+    starts: IntArray
+    sizes: IntArray
+    values: FloatArray
+    ground_m: float
+
+
+class VisualHull:
+    """Intersection of the silhouettes' cones and, if wanted, of the half-space above the ground.
+
+    Args:
+        silhouettes: At least one, with ideal (undistorted) pinhole cameras.
+        ground: Whether the hull ends at the plane z = 0.
+        smoothing_px: Standard deviation of the Gaussian filter of the distance fields; 0 for none.
+
+    Raises:
+        StationError: There is no silhouette.
+        ImageError: A silhouette is empty.
+    """
+
+    def __init__(
+        self, silhouettes: "Sequence[Silhouette]", ground: bool = True, *, smoothing_px: float = SMOOTHING_PX
+    ) -> None:
+        if not silhouettes:
+            raise StationError("the visual hull has no silhouette", remedy="switch on at least one station")
+        self.silhouettes = tuple(silhouettes)
+        self.ground = ground
+        self.fields = _build_fields(self.silhouettes, ground, smoothing_px)
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """Return the signed distance to the hull's border.
+
+        The distance is measured in each image and scaled by depth over focal length; the largest of
+        all images counts. Its sign and zero set are the hull's, its size is exact only to first order.
+
+        Args:
+            points: World coordinates, shape (n, 3).
+
+        Returns:
+            Metres, negative inside, shape (n,).
+        """
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        distances = np.empty(len(points))
+        _signed_distances(self.fields, points, distances)
+        return distances
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Return which points lie inside the hull or on its border, shape (n,)."""
+        inside: BoolArray = self.signed_distance(points) <= 0.0
+        return inside
+
+
+def _build_fields(silhouettes: "tuple[Silhouette, ...]", ground: bool, smoothing_px: float) -> HullFields:
+    projections, scales, sizes, fields = [], [], [], []
+    for silhouette in silhouettes:
+        values, row, column = _distance_field(silhouette, smoothing_px)
+        camera = silhouette.camera
+        # Sample (r, c) of the field is the centre of a pixel, half a pixel from its corner.
+        projections.append(_projection(camera, column + 0.5, row + 0.5))
+        scales.append(2.0 / (camera.intrinsics.fx + camera.intrinsics.fy))
+        sizes.append(values.shape)
+        fields.append(values.ravel())
+    lengths = [len(values) for values in fields]
+    return HullFields(
+        np.array(projections),
+        np.array(scales),
+        np.cumsum([0, *lengths[:-1]]).astype(np.int64),
+        np.array(sizes, dtype=np.int64),
+        np.concatenate(fields),
+        0.0 if ground else -np.inf,
+    )
+
+
+def _distance_field(silhouette: "Silhouette", smoothing_px: float) -> tuple[FloatArray, int, int]:
+    """Return the signed distance field of a silhouette and the row and column of its first sample."""
+    u_min, v_min, u_max, v_max = silhouette.box
+    row, column = int(np.floor(v_min)) - PAD, int(np.floor(u_min)) - PAD
+    height, width = int(np.ceil(v_max)) + PAD - row, int(np.ceil(u_max)) + PAD - column
+    r0, c0 = max(row, 0), max(column, 0)
+    part = silhouette.mask[r0 : row + height, c0 : column + width]
+    mask = np.zeros((height, width), dtype=np.uint8)
+    mask[r0 - row : r0 - row + part.shape[0], c0 - column : c0 - column + part.shape[1]] = part
+    if not mask.any():
+        raise ImageError(
+            f"the silhouette of station {silhouette.station} is empty",
+            remedy="check the light, the threshold and that the object is in view",
+            station=silhouette.station,
+        )
+    # Distances run between pixel centres; the border lies half a pixel before the first other one.
+    values = cv2.distanceTransform(1 - mask, cv2.DIST_L2, cv2.DIST_MASK_5)
+    values -= cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_5)
+    values += mask
+    values -= 0.5
+    if smoothing_px > 0:
+        values = cv2.GaussianBlur(values, (0, 0), smoothing_px, borderType=cv2.BORDER_REPLICATE)
+    return values, row, column
+
+
+def _projection(camera: Camera, u_origin: float, v_origin: float) -> FloatArray:
+    """Return the matrix from world points to homogeneous image points about an origin, shape (3, 4)."""
+    k = camera.intrinsics
+    calibration = np.array([[k.fx, 0.0, k.cx - u_origin], [0.0, k.fy, k.cy - v_origin], [0.0, 0.0, 1.0]])
+    rotation = camera.rotation_camera_to_world.T
+    matrix: FloatArray = calibration @ np.column_stack((rotation, -rotation @ camera.position))
+    return matrix
+
+
+@njit(cache=True)  # type: ignore[misc]
+def view_distance(fields: HullFields, view: int, x: float, y: float, z: float) -> float:
+    """Return the signed distance (m) of a point to the cone of one silhouette, negative inside."""
+    p = fields.projections[view]
+    depth = p[2, 0] * x + p[2, 1] * y + p[2, 2] * z + p[2, 3]
+    if depth <= 0.0:
+        return BEHIND_CAMERA_M
+    height = fields.sizes[view, 0]
+    width = fields.sizes[view, 1]
+    u = (p[0, 0] * x + p[0, 1] * y + p[0, 2] * z + p[0, 3]) / depth
+    v = (p[1, 0] * x + p[1, 1] * y + p[1, 2] * z + p[1, 3]) / depth
+    u_near = min(max(u, 0.0), width - 1.0)
+    v_near = min(max(v, 0.0), height - 1.0)
+    c = min(int(u_near), width - 2)
+    r = min(int(v_near), height - 2)
+    s, t = u_near - c, v_near - r
+    k = fields.starts[view] + r * width + c
+    above = fields.values[k] * (1.0 - s) + fields.values[k + 1] * s
+    below = fields.values[k + width] * (1.0 - s) + fields.values[k + width + 1] * s
+    pixels = above * (1.0 - t) + below * t
+    if u_near != u or v_near != v:
+        pixels += np.sqrt((u - u_near) ** 2 + (v - v_near) ** 2)
+    return pixels * depth * fields.metres_per_pixel[view]
+
+
+@njit(cache=True)  # type: ignore[misc]
+def hull_distance(fields: HullFields, x: float, y: float, z: float) -> float:
+    """Return the signed distance (m) of a point to the visual hull, negative inside."""
+    largest = fields.ground_m - z
+    for view in range(len(fields.starts)):
+        largest = max(largest, view_distance(fields, view, x, y, z))
+    return largest
+
+
+@njit(cache=True)  # type: ignore[misc]
+def excluding_view(fields: HullFields, x: float, y: float, z: float, likely: int) -> int:
+    """Return a view whose silhouette excludes the point; n_img for the ground, -1 if none does.
+
+    Args:
+        fields: The hull.
+        x: World coordinate of the point.
+        y: World coordinate of the point.
+        z: World coordinate of the point.
+        likely: The view to ask first, such as the one that excluded a point near by.
+    """
+    count = len(fields.starts)
+    if likely < count and view_distance(fields, likely, x, y, z) > 0.0:
+        return likely
+    if z < fields.ground_m:
+        return count
+    for view in range(count):
+        if view != likely and view_distance(fields, view, x, y, z) > 0.0:
+            return view
+    return -1
+
+
+@njit(cache=True)  # type: ignore[misc]
+def _signed_distances(fields: HullFields, points: FloatArray, distances: FloatArray) -> None:
+    for a in range(len(points)):
+        distances[a] = hull_distance(fields, points[a, 0], points[a, 1], points[a, 2])
