@@ -1,0 +1,244 @@
+"""The objects that a configuration can name, and how one is loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import yaml
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+
+from graspbench.errors import ConfigurationError
+from graspbench.geometry.body import Body
+from graspbench.geometry.decomposition import convex_parts
+from graspbench.geometry.files import load_body, pick_from_folder
+from graspbench.geometry.frames import Axis, rotation_to_z
+from graspbench.geometry.inspection import inspect
+from graspbench.geometry.mesh import make_mesh, mass_properties, moved
+from graspbench.geometry.model import ObjectModel
+from graspbench.geometry.shapes import make_shape
+from graspbench.geometry.shapes.registry import describe_first
+
+Colour = tuple[
+    Annotated[float, Field(ge=0, le=1)],
+    Annotated[float, Field(ge=0, le=1)],
+    Annotated[float, Field(ge=0, le=1)],
+    Annotated[float, Field(ge=0, le=1)],
+]
+
+FILE_CHOICES = ("mesh", "folder")
+"""Names of configuration choices that stand for the user's files, not for an entry of the catalogue."""
+
+
+@dataclass(frozen=True)
+class ObjectParameters:
+    """Which object, and what is changed about it.
+
+    A mesh file comes before a folder, and a folder before the catalogue's entry. Whatever is None is
+    taken from that entry.
+    """
+
+    name: Annotated[
+        str, Field(min_length=1, description="Name in the catalogue; of a mesh file: what to call it")
+    ] = "teddy"
+    entry: Annotated[
+        str | None, Field(description="Path of a catalogue entry of your own (YAML), instead of a name")
+    ] = None
+    mesh: Annotated[str | None, Field(description="Path of a mesh file (.obj .stl .ply .glb .off)")] = None
+    folder: Annotated[
+        str | None, Field(description="Folder of mesh files, or of YCB objects; id says which one")
+    ] = None
+    id: Annotated[
+        int | str | None,
+        Field(description="Which object of a family or folder: number (from 0, sorted by name) or file stem"),
+    ] = None
+    shape: Annotated[
+        dict[str, Any],
+        Field(description="Parameters of the catalogue entry's shape to change, such as height_m"),
+    ] = field(default_factory=dict)
+    scale: Annotated[
+        float, Field(gt=0, description="Factor on all lengths; metres per unit of a mesh file")
+    ] = 1.0
+    up: Annotated[Axis, Field(description="The axis that points up")] = "z"
+    yaw_deg: Annotated[float, Field(description="Turn about the vertical before it is put down")] = 0.0
+    repair: Annotated[
+        bool,
+        Field(description="Close holes, join or drop bodies of a mesh file instead of refusing it"),
+    ] = False
+    density_kg_m3: Annotated[float | None, Field(gt=0, description="Density, kg/m^3")] = None
+    mass_kg: Annotated[float | None, Field(gt=0, description="Mass instead of a density, kg")] = None
+    friction: Annotated[float | None, Field(ge=0, description="Coulomb friction coefficient")] = None
+    rgba: Annotated[Colour | None, Field(description="Red, green, blue and opacity, each 0 to 1")] = None
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """One YAML file of the catalogue: a shape and what else a trial must know about the object."""
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(min_length=1, description="What the object is called; the file's stem")]
+    description: Annotated[str, Field(description="One line for readers")]
+    shape: Annotated[dict[str, Any], Field(description="kind and parameters of the shape")]
+    licence: Annotated[str, Field(description="Licence of the shape")]
+    source: Annotated[str, Field(description="Where the shape comes from")]
+    density_kg_m3: Annotated[float, Field(gt=0, description="Density, kg/m^3")] = 250.0
+    friction: Annotated[float, Field(ge=0, description="Coulomb friction coefficient")] = 0.5
+    rgba: Annotated[Colour, Field(description="Red, green, blue and opacity, each 0 to 1")] = (
+        0.85,
+        0.45,
+        0.15,
+        1.0,
+    )
+
+
+_USER_ENTRY = CatalogueEntry(
+    name="mesh", description="A mesh file", shape={}, licence="as its owner says", source="user's file"
+)
+
+
+def list_objects() -> tuple[str, ...]:
+    """Return the names of the catalogue, sorted."""
+    folder = files("graspbench.datasets") / "catalogue"
+    return tuple(sorted(item.name[:-5] for item in folder.iterdir() if item.name.endswith(".yaml")))
+
+
+def catalogue_entry(name: str) -> CatalogueEntry:
+    """Return the catalogue's entry of this name.
+
+    Raises:
+        ConfigurationError: There is none; the message lists those there are.
+    """
+    if name not in list_objects():
+        raise ConfigurationError(
+            f"unknown object '{name}'",
+            remedy=f"choose one of {', '.join(list_objects())}, or set object.mesh",
+        )
+    return _parse_entry(
+        (files("graspbench.datasets") / "catalogue" / f"{name}.yaml").read_text(), f"{name}.yaml"
+    )
+
+
+def read_entry(path: str | Path) -> CatalogueEntry:
+    """Return a catalogue entry from a YAML file of the user's.
+
+    Raises:
+        ConfigurationError: The file is missing or is not an entry.
+    """
+    try:
+        text = Path(path).expanduser().read_text()
+    except (OSError, UnicodeDecodeError):
+        raise ConfigurationError(
+            f"the catalogue entry {path} cannot be read", remedy="check object.entry"
+        ) from None
+    return _parse_entry(text, str(path))
+
+
+def load_object(parameters: ObjectParameters) -> ObjectModel:
+    """Return the object that the parameters describe.
+
+    Raises:
+        ConfigurationError: A name or parameter is unknown or out of range.
+        MeshError: A mesh cannot be used; the sentence says why.
+    """
+    entry, name, body = _find(parameters)
+    turn = parameters.scale * rotation_to_z(parameters.up)
+    vertices, faces, report = inspect(
+        np.asarray(body.mesh.vertices) @ turn.T, np.asarray(body.mesh.faces), name
+    )
+    report = replace(
+        report, repairs=(*body.repairs, *report.repairs), warnings=(*body.warnings, *report.warnings)
+    )
+    if not report.usable:
+        raise report.error()
+    volume, centre, _ = mass_properties(vertices, faces)
+    if body.parts is None:
+        parts = convex_parts(make_mesh(vertices - centre, faces))
+    else:
+        parts = tuple(moved(part, turn, -centre) for part in body.parts)
+    density = entry.density_kg_m3 if parameters.density_kg_m3 is None else parameters.density_kg_m3
+    return ObjectModel(
+        name=name,
+        mesh=make_mesh(vertices - centre, faces),
+        collision_parts=parts,
+        mass_kg=density * volume if parameters.mass_kg is None else parameters.mass_kg,
+        friction=entry.friction if parameters.friction is None else parameters.friction,
+        rgba=entry.rgba if parameters.rgba is None else parameters.rgba,
+        yaw_deg=parameters.yaw_deg,
+        licence=entry.licence,
+        source=entry.source,
+        report=report,
+    )
+
+
+def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
+    if parameters.mesh is not None or parameters.folder is not None:
+        if parameters.mesh is not None:
+            path = Path(parameters.mesh).expanduser()
+            label = path.stem
+        else:
+            path, label = pick_from_folder(Path(str(parameters.folder)).expanduser(), parameters.id)
+        named = parameters.name not in (*list_objects(), *FILE_CHOICES) and parameters.mesh is not None
+        body = load_body(path, parameters.scale, parameters.repair)
+        return replace(_USER_ENTRY, source=str(path)), parameters.name if named else label, body
+    if parameters.name in FILE_CHOICES and parameters.entry is None:
+        raise ConfigurationError(
+            f"object={parameters.name} needs a path", remedy=f"set object.{parameters.name}=PATH"
+        )
+    entry = catalogue_entry(parameters.name) if parameters.entry is None else read_entry(parameters.entry)
+    description = {**entry.shape, **parameters.shape}
+    name = entry.name
+    if parameters.id is not None:
+        if "id" not in entry.shape:
+            raise ConfigurationError(f"object '{name}' is not a family", remedy="leave object.id empty")
+        description["id"] = parameters.id
+    if "id" in description:
+        name = f"{name}_{description['id']}"
+    return entry, name, _build(_frozen(description))
+
+
+@lru_cache(maxsize=64)
+def _build(description: Any) -> Body:
+    return make_shape(_thawed(description)).build()
+
+
+def _parse_entry(text: str, where: str) -> CatalogueEntry:
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ConfigurationError(
+            f"{where} is not YAML ({' '.join(str(error).split())[:80]})", remedy="correct the file"
+        ) from None
+    if not isinstance(content, Mapping):
+        raise ConfigurationError(
+            f"{where} is not a catalogue entry", remedy="give a mapping with name and shape"
+        )
+    try:
+        return TypeAdapter(CatalogueEntry).validate_python({str(k): v for k, v in content.items()})
+    except ValidationError as error:
+        raise ConfigurationError(
+            f"{where}: {describe_first(error)}", remedy="correct the catalogue entry"
+        ) from None
+
+
+def _frozen(value: Any) -> Any:
+    """Return a hashable twin of a description, so that shapes are built once per process."""
+    if isinstance(value, Mapping):
+        return ("mapping", tuple((str(key), _frozen(item)) for key, item in value.items()))
+    if isinstance(value, list | tuple):
+        return ("list", tuple(_frozen(item) for item in value))
+    return value
+
+
+def _thawed(value: Any) -> Any:
+    match value:
+        case ("mapping", items):
+            return {key: _thawed(item) for key, item in items}
+        case ("list", items):
+            return [_thawed(item) for item in items]
+    return value

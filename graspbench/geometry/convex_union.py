@@ -1,0 +1,146 @@
+"""One closed body from several overlapping convex parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import MeshError
+from graspbench.geometry.body import Body
+from graspbench.geometry.mesh import make_mesh
+
+if TYPE_CHECKING:
+    import trimesh
+
+_WELD_M = 1e-5
+"""Edges shorter than this are collapsed: intersections leave slivers that no camera or finger can see."""
+
+
+def read_obj_parts(path: Path) -> list[FloatArray]:
+    """Return the vertices of each object in a Wavefront file, one array (n, 3) a part.
+
+    Raises:
+        MeshError: The file is missing or holds something else.
+    """
+    vertices: list[list[float]] = []
+    parts: list[set[int]] = []
+    try:
+        with path.open() as lines:
+            for line in lines:
+                match line.split():
+                    case ["v", x, y, z, *_]:
+                        vertices.append([float(x), float(y), float(z)])
+                    case ["o" | "g", *_]:
+                        parts.append(set())
+                    case ["f", *corners]:
+                        parts[-1].update(int(corner.split("/")[0]) - 1 for corner in corners)
+        points = np.array(vertices, dtype=np.float64)
+        return [points[sorted(part)] for part in parts if part]
+    except FileNotFoundError:
+        raise MeshError(f"there is no mesh file {path}", remedy="check the path", path=str(path)) from None
+    except (ValueError, IndexError, UnicodeDecodeError) as error:
+        raise MeshError(
+            f"{path.name} is not a Wavefront file of convex parts ({error})", path=str(path)
+        ) from None
+
+
+def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
+    """Return the union of the convex hulls of some point sets, each grown a little.
+
+    Parts that were cut from one body share faces without overlapping, so that their plain union falls
+    apart; growing each by a fraction of a millimetre joins them.
+
+    Args:
+        parts: Vertices of each part, shapes (n_i, 3), m.
+        inflate_m: How far each part's vertices move out along their normals, m.
+        name: What to call the object in errors.
+
+    Raises:
+        MeshError: The parts stay apart, or enclose a tunnel or a cavity.
+    """
+    import manifold3d
+
+    grown = [_grown_hull(points, inflate_m) for points in parts]
+    hulls = [hull for hull in grown if not hull.is_empty()]
+    repairs = []
+    if len(hulls) < len(parts):
+        repairs.append(f"{len(parts) - len(hulls)} flat parts were left out")
+    if not hulls:
+        raise MeshError(f"{name} has no part that encloses a volume", object=name)
+    union = manifold3d.Manifold.batch_boolean(hulls, manifold3d.OpType.Add).simplify(_WELD_M)
+    bodies = union.decompose()
+    outer = [body for body in bodies if body.volume() > 0.0]
+    if len(outer) > 1:
+        raise MeshError(
+            f"the {len(hulls)} convex parts of {name} form {len(outer)} separate bodies",
+            remedy="choose another object",
+            object=name,
+            bodies=len(outer),
+        )
+    if len(bodies) > 1:
+        raise MeshError(
+            f"the convex parts of {name} enclose a cavity", remedy="choose another object", object=name
+        )
+    if (genus := union.genus()) != 0:
+        raise MeshError(
+            f"the union of {name}'s convex parts has {genus} hole(s) through it (genus {genus})",
+            remedy="choose another object",
+            object=name,
+            genus=genus,
+        )
+    return Body(from_manifold(union), tuple(from_manifold(hull) for hull in hulls), tuple(repairs))
+
+
+def hull_mesh(points: FloatArray) -> trimesh.Trimesh:
+    """Return the convex hull of points, shape (n, 3), as a mesh.
+
+    Raises:
+        MeshError: The points lie in one plane.
+    """
+    import manifold3d
+
+    hull = manifold3d.Manifold.hull_points(points)
+    if hull.is_empty():
+        raise MeshError("the points of a convex part lie in one plane")
+    return from_manifold(hull)
+
+
+def from_manifold(manifold: Any) -> trimesh.Trimesh:
+    """Return a manifold3d body as a mesh."""
+    vertices, faces = manifold_arrays(manifold)
+    return make_mesh(vertices, faces)
+
+
+def manifold_arrays(manifold: Any) -> tuple[FloatArray, IntArray]:
+    """Return vertices (n, 3) and triangles (m, 3) of a manifold3d body."""
+    mesh = manifold.to_mesh64()
+    return (
+        np.array(mesh.vert_properties, dtype=np.float64)[:, :3],
+        np.array(mesh.tri_verts, dtype=np.int64),
+    )
+
+
+def _grown_hull(points: FloatArray, distance_m: float) -> Any:
+    import manifold3d
+
+    hull = manifold3d.Manifold.hull_points(points)
+    if hull.is_empty() or distance_m == 0.0:
+        return hull
+    vertices, faces = manifold_arrays(hull)
+    return manifold3d.Manifold.hull_points(vertices + distance_m * _vertex_normals(vertices, faces))
+
+
+def _vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    normals = np.cross(
+        vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
+    )
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    sums = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(sums, faces[:, corner], normals)
+    unit: FloatArray = sums / np.linalg.norm(sums, axis=1, keepdims=True)
+    return unit

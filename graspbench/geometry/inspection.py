@@ -1,0 +1,260 @@
+"""Preflight of meshes: whether one can be a trial's object, and if not, why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import MeshError
+from graspbench.geometry import topology
+from graspbench.geometry.reading import read_mesh
+
+if TYPE_CHECKING:
+    import trimesh
+
+LARGEST_M, SMALLEST_M = 2.0, 0.002
+_FLAT_SHARE = 1e-5
+"""A body whose volume is less than this share of its box's cube is a sheet, not a solid."""
+
+
+@dataclass(frozen=True)
+class MeshProblem:
+    """One reason why a mesh cannot be used.
+
+    Attributes:
+        kind: One word for programs: "missing", "open", "bodies", "genus", ...
+        what: What is wrong, a clause without full stop.
+        remedy: What to do, a clause without full stop.
+        repairable: Whether :func:`graspbench.geometry.repair_mesh` can do something about it.
+    """
+
+    kind: str
+    what: str
+    remedy: str
+    repairable: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.remedy}."
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What the preflight found.
+
+    Attributes:
+        name: The file's name, or what the mesh was called.
+        usable: Whether a trial can use the mesh as it is (after the repairs listed).
+        problems: Why not.
+        repairs: What was changed, harmless unless a repair was asked for; one sentence each.
+        warnings: What was assumed; one sentence each.
+        vertices: Number of vertices after welding.
+        triangles: Number of triangles after welding.
+        bodies: Number of connected surfaces; None when the mesh could not be read.
+        watertight: Whether every edge has two triangles.
+        genus: Handles over all bodies; None for a surface that is open or has one side only.
+        extents_m: Size of the bounding box.
+        volume_m3: Enclosed volume; None for a surface that is not closed.
+    """
+
+    name: str
+    usable: bool = False
+    problems: tuple[MeshProblem, ...] = ()
+    repairs: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    vertices: int = 0
+    triangles: int = 0
+    bodies: int | None = None
+    watertight: bool = False
+    genus: int | None = None
+    extents_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    volume_m3: float | None = None
+
+    def error(self) -> MeshError:
+        """Return the first problem as an error that carries the report."""
+        first = self.problems[0]
+        return MeshError(first.what, remedy=first.remedy, kind=first.kind, report=self)
+
+
+def check_mesh(
+    mesh: str | Path | trimesh.Trimesh, *, scale: float = 1.0, name: str | None = None
+) -> MeshReport:
+    """Inspect a mesh; nothing is raised for a bad one, and nothing is written.
+
+    Args:
+        mesh: A file, or a mesh.
+        scale: Metres per unit of the mesh.
+        name: What to call it; None for the file's name.
+    """
+    name = name or (Path(mesh).name if isinstance(mesh, str | Path) else "the mesh")
+    try:
+        vertices, faces = arrays_of(mesh)
+    except MeshError as error:
+        problem = MeshProblem(error.data["kind"], error.what, error.remedy or "give another mesh")
+        return MeshReport(name, problems=(problem,))
+    return inspect(vertices * scale, faces, name)[2]
+
+
+def arrays_of(mesh: str | Path | trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
+    """Return the vertices and triangles of a file or a mesh; errors as :func:`read_mesh`."""
+    if isinstance(mesh, str | Path):
+        return read_mesh(mesh)
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+
+
+def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray, IntArray, MeshReport]:
+    """Clean a triangle set without changing its shape, and report on it.
+
+    Cleaning welds coinciding vertices, drops degenerate and duplicate triangles, and turns inverted ones.
+
+    Args:
+        vertices: Shape (n, 3), m.
+        faces: Shape (m, 3).
+        name: What to call it in sentences.
+
+    Returns:
+        Vertices, triangles, and the report.
+    """
+    report = MeshReport(name, vertices=len(vertices), triangles=len(faces))
+
+    def refused(*problems: MeshProblem) -> tuple[FloatArray, IntArray, MeshReport]:
+        return vertices, faces, replace(report, problems=problems)
+
+    if len(faces) == 0:
+        return refused(MeshProblem("empty", f"{name} holds no triangles", "export a triangle mesh"))
+    vertices, faces = topology.without_unused(vertices, faces)
+    if bad := int(np.sum(~np.all(np.isfinite(vertices), axis=1))):
+        return refused(
+            MeshProblem("nan", f"{name} has {bad} vertices that are not finite numbers", "export it again")
+        )
+    extents = np.ptp(vertices, axis=0)
+    report = replace(report, extents_m=(float(extents[0]), float(extents[1]), float(extents[2])))
+    if not extents.any():
+        return refused(MeshProblem("flat", f"all vertices of {name} coincide", "export it again"))
+
+    before = len(faces)
+    vertices, faces = topology.weld(vertices, faces)
+    repairs = [f"{before - len(faces)} degenerate or duplicate triangles were dropped"] * (
+        len(faces) < before
+    )
+    report = replace(report, vertices=len(vertices), triangles=len(faces), repairs=tuple(repairs))
+    problems = list(_size_problems(name, extents))
+    if len(faces) == 0:
+        return refused(
+            *problems, MeshProblem("flat", f"{name} has no triangle with an area", "export it again")
+        )
+
+    edges = topology.find_edges(faces, len(vertices))
+    body = topology.bodies(faces, edges)
+    bodies = int(body.max()) + 1
+    watertight = bool(np.all(edges.count == 2))
+    report = replace(report, bodies=bodies, watertight=watertight)
+    problems += _edge_problems(name, edges.count)
+    if bodies > 1:
+        problems.append(
+            MeshProblem(
+                "bodies", f"{name} consists of {bodies} bodies", "keep one, or join them with a repair", True
+            )
+        )
+    oriented = topology.orient(faces, edges)
+    if oriented is None:
+        problems.append(MeshProblem("one_sided", f"{name} is a surface with one side only", "export a solid"))
+        return refused(*problems)
+    faces, turned = oriented
+    if turned:
+        repairs.append(f"{turned} inverted triangles were turned")
+    if watertight:
+        edges = topology.find_edges(faces, len(vertices)) if turned else edges
+        vertices, faces, pinched = topology.split_fans(vertices, faces, edges)
+        if pinched:
+            repairs.append(f"{pinched} vertices where the surface touches itself were split")
+        faces, volumes, inverted = _outward(vertices, faces, body, bodies)
+        if inverted:
+            repairs.append("the surface was inside out and was inverted")
+        genera = _genera(faces, body, bodies)
+        report = replace(report, vertices=len(vertices), genus=sum(genera), volume_m3=float(volumes.sum()))
+        problems += _solid_problems(name, volumes, genera, extents)
+    report = replace(report, usable=not problems, problems=tuple(problems), repairs=tuple(repairs))
+    return vertices, faces, report
+
+
+def _size_problems(name: str, extents: FloatArray) -> list[MeshProblem]:
+    largest = float(extents.max())
+    if SMALLEST_M <= largest <= LARGEST_M:
+        return []
+    what = f"{name} is {_length(largest)} large, so it is hardly in metres"
+    guess = guess_scale(largest)
+    remedy = f"try object.scale={guess:g}" if guess else "set object.scale so that it measures 0.03 to 0.2 m"
+    return [MeshProblem("units", what, remedy)]
+
+
+def guess_scale(largest: float) -> float | None:
+    """Return the metres per unit that make something of this size fit a hand; None when no unit does."""
+    for scale in (1.0, 0.001, 0.01, 0.0254, 1000.0):  # m, mm, cm, inch, and metres written as km
+        if 0.02 <= largest * scale <= 0.5:
+            return scale
+    return None
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.3g} m" if metres >= 0.1 else f"{1e3 * metres:.3g} mm"
+
+
+def _edge_problems(name: str, count: IntArray) -> list[MeshProblem]:
+    problems = []
+    if border := int(np.sum(count == 1)):
+        problems.append(
+            MeshProblem(
+                "open", f"{name} is open ({border} edges at its holes)", "close its holes with a repair", True
+            )
+        )
+    if shared := int(np.sum(count > 2)):
+        problems.append(
+            MeshProblem(
+                "non_manifold",
+                f"{name} has {shared} edges with more than two triangles",
+                "remove inner walls, or join touching bodies with a repair",
+                True,
+            )
+        )
+    return problems
+
+
+def _outward(
+    vertices: FloatArray, faces: IntArray, body: IntArray, bodies: int
+) -> tuple[IntArray, FloatArray, bool]:
+    """Turn every body's surface outwards; return triangles, volumes, and whether one was inside out."""
+    corners = (vertices - vertices.mean(axis=0))[faces]
+    each = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    volumes = np.bincount(body, weights=each, minlength=bodies)
+    inverted = volumes < 0.0
+    if inverted.any():
+        faces = np.where(inverted[body][:, None], faces[:, ::-1], faces)
+    return faces, np.abs(volumes), bool(inverted.any())
+
+
+def _genera(faces: IntArray, body: IntArray, bodies: int) -> list[int]:
+    return [
+        topology.genus(len(np.unique(part)), len(part)) for part in (faces[body == k] for k in range(bodies))
+    ]
+
+
+def _solid_problems(
+    name: str, volumes: FloatArray, genera: list[int], extents: FloatArray
+) -> list[MeshProblem]:
+    if volumes.max() < _FLAT_SHARE * float(extents.max()) ** 3:
+        return [MeshProblem("flat", f"{name} encloses no volume", "export a solid, not a sheet")]
+    handles = sum(genera)
+    if handles == 0:
+        return []
+    holes = "a hole" if handles == 1 else f"{handles} holes"
+    return [
+        MeshProblem(
+            "genus",
+            f"{name} has {holes} through it (genus {handles}), but objects must be of genus 0",
+            "fill it, or choose an object without handles",
+        )
+    ]
