@@ -1,0 +1,26 @@
+"""What the user may say about the record of a trial."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+Level = Literal["off", "scores", "full"]
+
+
+@dataclass(frozen=True)
+class RecordParameters:
+    """How much of a trial is kept."""
+
+    level: Annotated[
+        Level,
+        Field(description="off: no log; scores: messages and scores; full: images, geometry, motion too"),
+    ] = "full"
+    image_format: Annotated[
+        Literal["jpeg", "png"], Field(description="Compression of the camera images; masks are always PNG")
+    ] = "jpeg"
+    jpeg_quality: Annotated[int, Field(ge=10, le=100, description="JPEG quality")] = 90
+    surface_every: Annotated[
+        int, Field(ge=1, description="Keep every n-th surface snapshot; the first and the last always")
+    ] = 2
+    pictures: Annotated[bool, Field(description="Draw the trial's pictures (PNG) too")] = True
