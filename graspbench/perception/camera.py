@@ -1,10 +1,59 @@
 """The calibrated pinhole camera and what it delivers."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from graspbench.arrays import FloatArray, ImageArray
+from graspbench.errors import StationError
+
+
+@dataclass(frozen=True)
+class CameraParameters:
+    """The camera in the robot's hand, and how well the robot knows it.
+
+    The image may be distorted and the believed poses noisy; `View.camera` is always what the robot
+    believes, and carries the distortion.
+    """
+
+    width: Annotated[int, Field(ge=32, le=4096, description="Image columns")] = 640
+    height: Annotated[int, Field(ge=32, le=4096, description="Image rows")] = 480
+    fx: Annotated[float, Field(gt=0, description="Focal length along u, pixels")] = 600.0
+    fy: Annotated[float, Field(gt=0, description="Focal length along v, pixels")] = 600.0
+    cx: Annotated[float | None, Field(description="Principal point u, pixels; null = width / 2")] = None
+    cy: Annotated[float | None, Field(description="Principal point v, pixels; null = height / 2")] = None
+    distortion: Annotated[
+        tuple[float, float, float, float, float],
+        Field(description="Lens distortion after Brown and Conrady: k1, k2, p1, p2, k3"),
+    ] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    hand_eye_position_m: Annotated[
+        tuple[float, float, float], Field(description="Optical centre in the flange frame, m")
+    ] = (0.0, 0.0, 0.06)
+    hand_eye_rpy_deg: Annotated[
+        tuple[float, float, float],
+        Field(description="Optical frame in the flange frame: roll, pitch, yaw (fixed axes x, y, z), deg"),
+    ] = (0.0, 0.0, 0.0)
+    position_noise_m: Annotated[
+        float, Field(ge=0, description="Standard deviation of the believed position, per axis, m")
+    ] = 0.0
+    orientation_noise_deg: Annotated[
+        float, Field(ge=0, description="Standard deviation of the believed orientation, per axis, deg")
+    ] = 0.0
+
+    @property
+    def intrinsics(self) -> "Intrinsics":
+        """The pinhole parameters these settings describe."""
+        return Intrinsics(
+            self.width,
+            self.height,
+            self.fx,
+            self.fy,
+            self.width / 2 if self.cx is None else self.cx,
+            self.height / 2 if self.cy is None else self.cy,
+            self.distortion,
+        )
 
 
 @dataclass(frozen=True)
@@ -105,3 +154,32 @@ class View:
     station: str
     image: ImageArray
     camera: Camera
+
+
+def look_at(position: FloatArray, target: FloatArray) -> FloatArray:
+    """Return the pose of a camera that looks at a point with the world's z axis upwards in the image.
+
+    Straight down, the image's upward direction is the world's y axis.
+
+    Args:
+        position: Optical centre, shape (3,).
+        target: Point the optical axis meets, shape (3,).
+
+    Returns:
+        transform_camera_to_world, shape (4, 4).
+
+    Raises:
+        StationError: Position and target coincide.
+    """
+    axis = np.asarray(target, dtype=np.float64) - position
+    distance = float(np.linalg.norm(axis))
+    if distance < 1e-9:
+        raise StationError("a camera cannot look at its own optical centre", position=tuple(position))
+    axis /= distance
+    right = np.array([axis[1], -axis[0], 0.0])
+    length = float(np.linalg.norm(right))
+    right = right / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack((right, np.cross(axis, right), axis))
+    pose[:3, 3] = position
+    return pose

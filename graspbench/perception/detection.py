@@ -1,0 +1,81 @@
+"""The detection pass: turn the camera until its optical axis meets the object (thesis 3.2.1)."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import ImageError, StationError
+from graspbench.perception.camera import View, look_at
+from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, silhouettes
+from graspbench.perception.stations import Station, StationParameters
+from graspbench.perception.triangulation import triangulate_centre
+
+_MOST_ROUNDS = 6
+_CENTRED_PX = 1.5
+_SLANTS_DEG = ((0.0, 0.0), (45.0, 0.0), (45.0, 90.0))
+
+
+def detect_centre(
+    take: Callable[[Station], View], parameters: StationParameters, blobs: SilhouetteParameters
+) -> FloatArray:
+    """Find the object's centre by blob analysis in wide views.
+
+    The camera starts above the table's origin. Each round looks at the present guess from above and
+    from two sides and moves the guess to where the rays through the blobs' centroids meet, until the
+    optical axes themselves pass through the centroids.
+
+    Args:
+        take: Moves the camera to a station and returns its image.
+        parameters: Distance of the wide views.
+        blobs: How a blob is told from the background.
+
+    Returns:
+        The estimated centre in the world, shape (3,).
+
+    Raises:
+        ImageError: No object, or no single one, is in view.
+        StationError: The optical axis does not come to rest on the object.
+    """
+    guess = np.zeros(3)
+    for round_number in range(_MOST_ROUNDS):
+        # The first guess has no height yet: the view from above alone is sure to be near.
+        slants = _SLANTS_DEG[:1] if round_number == 0 else _SLANTS_DEG
+        views = [take(_wide_station(i, guess, slant, parameters)) for i, slant in enumerate(slants)]
+        try:
+            found = silhouettes(views, blobs)
+        except ImageError as error:
+            raise ImageError(
+                f"the detection pass fails: {error.what}",
+                remedy="put one object in view (scene.x_m, scene.y_m), or raise stations.home_distance_m",
+                **error.data,
+            ) from error
+        if round_number == 0:
+            ray = found[0].camera.rays(found[0].centroid[None])[0]
+            origin = found[0].camera.position
+            guess = origin - ray * (origin[2] / ray[2])
+            continue
+        offsets = [_off_axis_px(silhouette) for silhouette in found]
+        guess = triangulate_centre(found)
+        if max(offsets) < _CENTRED_PX:
+            return guess
+    raise StationError(
+        f"the optical axis stays {max(offsets):.1f} pixels off the object after {_MOST_ROUNDS} rounds",
+        remedy="check that the object does not move and that the camera is calibrated",
+        offset_px=max(offsets),
+    )
+
+
+def _off_axis_px(silhouette: Silhouette) -> float:
+    """Return how far the optical axis passes by the blob's centroid, pixels."""
+    k = silhouette.camera.intrinsics
+    return float(np.linalg.norm(silhouette.centroid - (k.cx, k.cy)))
+
+
+def _wide_station(
+    number: int, target: FloatArray, slant: tuple[float, float], parameters: StationParameters
+) -> Station:
+    """Return a station at the wide views' distance, slanted by angle and azimuth in degrees."""
+    angle, azimuth = np.radians(slant)
+    direction = np.array([np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth), np.cos(angle)])
+    return Station(f"wide-{number}", look_at(target + parameters.home_distance_m * direction, target))

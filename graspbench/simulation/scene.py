@@ -1,0 +1,88 @@
+"""How the scene is set up: the object's place, the table, the light, the noise."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SceneParameters:
+    """A table with one object on it, or a folder of images of one."""
+
+    source: Annotated[
+        Literal["simulation", "images"],
+        Field(description="Where the images come from: the simulated camera, or files"),
+    ] = "simulation"
+    images_dir: Annotated[
+        str | None, Field(description="Folder of images and cameras.json, for source=images")
+    ] = None
+
+    x_m: Annotated[float, Field(description="Where the object is put, world x, m")] = 0.0
+    y_m: Annotated[float, Field(description="Where the object is put, world y, m")] = 0.0
+    yaw_deg: Annotated[
+        float | None,
+        Field(description="Yaw on top of the object's own, deg; null = drawn from the seed"),
+    ] = 0.0
+    drop_height_m: Annotated[float, Field(ge=0, le=1, description="Height it falls from, m")] = 0.003
+    settle_time_s: Annotated[
+        float, Field(gt=0, le=60, description="Longest time until it must be at rest, s")
+    ] = 8.0
+    gravity: Annotated[float, Field(gt=0, description="Gravity, m/s^2")] = 9.81
+    table_friction: Annotated[float, Field(ge=0, description="Friction of the table top")] = 0.8
+
+    renderer: Annotated[
+        Literal["tiny", "egl", "auto"],
+        Field(description="PyBullet's renderer: software, OpenGL by EGL, or EGL if it loads"),
+    ] = "tiny"
+    full_rendering: Annotated[
+        bool,
+        Field(description="Let PyBullet render the table too; else only the object, on a computed table"),
+    ] = False
+    supersampling: Annotated[
+        int, Field(ge=1, le=4, description="Rays per pixel and axis on the object; 1 = jagged edges")
+    ] = 2
+
+    table: Annotated[str, Field(description="Table top: plain, checker, wood, speckle, or an image file")] = (
+        "plain"
+    )
+    table_rgb: Annotated[Colour, Field(description="Colour of the table top, each 0 to 1")] = (
+        0.12,
+        0.45,
+        0.25,
+    )
+    table_second_rgb: Annotated[
+        Colour, Field(description="Second colour of a patterned table top, each 0 to 1")
+    ] = (0.10, 0.32, 0.42)
+    table_pattern_m: Annotated[float, Field(gt=0, description="Size of the table's pattern, m")] = 0.06
+    wall_rgb: Annotated[
+        Colour | None, Field(description="Colour beyond the table, each 0 to 1; null = the table's colour")
+    ] = None
+
+    light_azimuth_deg: Annotated[float, Field(description="Direction the light comes from, deg")] = 40.0
+    light_elevation_deg: Annotated[
+        float, Field(gt=5, le=90, description="Height of the light above the horizon, deg")
+    ] = 65.0
+    ambient: Annotated[float, Field(ge=0, le=1, description="Light from all around")] = 0.55
+    diffuse: Annotated[float, Field(ge=0, le=1, description="Light from the lamp")] = 0.45
+    specular: Annotated[float, Field(ge=0, le=1, description="Highlights on the object")] = 0.05
+    shadow: Annotated[
+        float,
+        Field(ge=0, le=1, description="Fraction of the lamp's light that the object blocks"),
+    ] = 0.6
+    shadow_blur_m: Annotated[float, Field(ge=0, description="Width of the shadow's soft edge, m")] = 0.008
+    light_gradient: Annotated[
+        float,
+        Field(ge=0, lt=1, description="Brightness drop across the image, fraction"),
+    ] = 0.1
+    light_gradient_deg: Annotated[
+        float, Field(description="Direction of growing brightness in the image, deg from u towards v")
+    ] = 30.0
+
+    noise_std: Annotated[float, Field(ge=0, description="Gaussian noise of the sensor, grey levels")] = 1.5
+    salt_pepper: Annotated[
+        float, Field(ge=0, lt=0.5, description="Fraction of pixels that are stuck at black or white")
+    ] = 0.0
+    blur_px: Annotated[float, Field(ge=0, le=10, description="Blur of the lens, std, pixels")] = 0.0

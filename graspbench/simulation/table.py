@@ -1,0 +1,197 @@
+"""What the table top looks like: its pattern, the light on it, the object's shadow."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from graspbench.arrays import FloatArray, ImageArray
+from graspbench.errors import ConfigurationError
+from graspbench.perception.camera import Intrinsics
+from graspbench.simulation.scene import SceneParameters
+
+FloatImage = npt.NDArray[np.float32]
+
+_SIZE_M = 2.0
+_TEXELS = 1280
+_MOST_SUBPIXEL_BITS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The lit table top as an image, and what lies beyond it.
+
+    Attributes:
+        texture: RGB, row i and column j at x = (j + 0.5) / n * size - size / 2, y likewise from the
+            row, shape (n, n, 3).
+        size_m: Side of the square, centred at the world's origin.
+        beyond: Colour beyond the table, RGB, shape (3,).
+    """
+
+    texture: ImageArray
+    size_m: float
+    beyond: ImageArray
+
+    def image(self, intrinsics: Intrinsics, camera_to_world: FloatArray) -> ImageArray:
+        """Return the empty table as a pinhole camera sees it, shape (h, w, 3)."""
+        k = intrinsics
+        image = np.empty((k.height, k.width, 3), dtype=np.uint8)
+        to_ray = np.array([[1 / k.fx, 0, -k.cx / k.fx], [0, 1 / k.fy, -k.cy / k.fy], [0, 0, 1]])
+        _draw(
+            self.texture,
+            len(self.texture) / self.size_m,
+            self.beyond,
+            camera_to_world[:3, :3] @ to_ray,
+            np.ascontiguousarray(camera_to_world[:3, 3]),
+            image,
+        )
+        return image
+
+
+def build_table(scene: SceneParameters, vertices: FloatArray, faces: npt.ArrayLike, seed: int) -> Table:
+    """Draw the table top with its pattern, light and shadow.
+
+    Args:
+        scene: Colours, pattern and light.
+        vertices: The object's vertices in the world, shape (n, 3).
+        faces: Its triangles, shape (m, 3).
+        seed: Draws the random patterns.
+
+    Raises:
+        ConfigurationError: ``scene.table`` is neither a pattern nor a readable image.
+    """
+    lamp = scene.diffuse * math.sin(math.radians(scene.light_elevation_deg))
+    colour = _pattern(scene, np.random.default_rng(seed))
+    light: FloatImage | float = scene.ambient + lamp
+    if scene.shadow > 0.0 and lamp > 0.0:
+        shade = _shadow(scene, vertices, np.asarray(faces))
+        light = (scene.ambient + lamp * (1.0 - scene.shadow * shade))[..., None]
+    texture = np.broadcast_to(colour * light, (_TEXELS, _TEXELS, 3))
+    wall = scene.table_rgb if scene.wall_rgb is None else scene.wall_rgb
+    beyond = np.asarray(wall, dtype=np.float32) * np.float32(scene.ambient + lamp)
+    return Table(_bytes(texture), _SIZE_M, _bytes(beyond))
+
+
+def _bytes(colours: npt.NDArray[np.floating]) -> ImageArray:
+    """Turn colours from 0 to 1 into bytes."""
+    return np.ascontiguousarray(np.clip(colours * 255.0 + 0.5, 0.0, 255.0).astype(np.uint8))
+
+
+def _pattern(scene: SceneParameters, generator: np.random.Generator) -> FloatImage:
+    """Return the unlit colours of the table top, shape (1, 1, 3) or (n, n, 3)."""
+    first, second = (np.asarray(c, dtype=np.float32) for c in (scene.table_rgb, scene.table_second_rgb))
+    if scene.table == "plain":
+        return first[None, None]
+    if scene.table in _PATTERNS:
+        share = _PATTERNS[scene.table](scene, generator)[..., None]
+        mixed: FloatImage = first * (1.0 - share) + second * share
+        return mixed
+    image = cv2.imread(scene.table, cv2.IMREAD_COLOR)
+    if image is None:
+        raise ConfigurationError(
+            f"scene.table '{scene.table}' is no pattern and no readable image",
+            remedy=f"choose plain, {', '.join(_PATTERNS)}, or an image file",
+            table=scene.table,
+        )
+    scaled = cv2.resize(image, (_TEXELS, _TEXELS), interpolation=cv2.INTER_AREA)
+    texture: FloatImage = scaled[..., ::-1].astype(np.float32) / np.float32(255.0)
+    return texture
+
+
+def _checker(scene: SceneParameters, _: np.random.Generator) -> FloatImage:
+    """Squares of the pattern's size."""
+    cell = np.floor((np.arange(_TEXELS) + 0.5) / _TEXELS * _SIZE_M / scene.table_pattern_m).astype(np.int64)
+    share: FloatImage = ((cell[:, None] + cell) % 2).astype(np.float32)
+    return share
+
+
+def _wood(scene: SceneParameters, generator: np.random.Generator) -> FloatImage:
+    """Long wavy fibres along x."""
+    bands = _SIZE_M / scene.table_pattern_m
+    warp = _noise(generator, round(bands / 4) + 2, 6) * 3.0 + _noise(generator, round(bands * 6), 12) * 0.4
+    across = np.linspace(0.0, bands, _TEXELS, dtype=np.float32)[:, None]
+    share: FloatImage = (0.5 + 0.5 * np.sin(2.0 * np.pi * (across + warp))).astype(np.float32)
+    return share
+
+
+def _speckle(scene: SceneParameters, generator: np.random.Generator) -> FloatImage:
+    """Spots of all sizes up to the pattern's, as in granite."""
+    cells = _SIZE_M / scene.table_pattern_m
+    total = sum(_noise(generator, round(cells * 2**i) + 2, round(cells * 2**i) + 2) for i in range(4))
+    share: FloatImage = np.clip(0.5 + 0.6 * np.asarray(total), 0.0, 1.0).astype(np.float32)
+    return share
+
+
+def _noise(generator: np.random.Generator, rows: int, columns: int) -> FloatImage:
+    """Smooth noise of standard deviation about a half with so many cells, shape (n, n)."""
+    grid = generator.uniform(-1.0, 1.0, (rows, columns)).astype(np.float32)
+    smooth: FloatImage = cv2.resize(grid, (_TEXELS, _TEXELS), interpolation=cv2.INTER_CUBIC)
+    return smooth
+
+
+_PATTERNS: dict[str, Callable[[SceneParameters, np.random.Generator], FloatImage]] = {
+    "checker": _checker,
+    "wood": _wood,
+    "speckle": _speckle,
+}
+
+
+def _shadow(scene: SceneParameters, vertices: FloatArray, faces: npt.NDArray[np.integer]) -> FloatImage:
+    """Return how much of the lamp the object hides from each texel, shape (n, n)."""
+    elevation, azimuth = math.radians(scene.light_elevation_deg), math.radians(scene.light_azimuth_deg)
+    slant = np.array([math.cos(azimuth), math.sin(azimuth)]) / math.tan(elevation)
+    ground = vertices[:, :2] - vertices[:, 2:] * slant
+    scale = _TEXELS / _SIZE_M * 2**_MOST_SUBPIXEL_BITS
+    # cv2 puts texel centres at whole numbers.
+    corners = np.round((ground + _SIZE_M / 2.0) * scale - 2 ** (_MOST_SUBPIXEL_BITS - 1)).astype(np.int32)
+    shade = np.zeros((_TEXELS, _TEXELS), dtype=np.uint8)
+    for triangle in corners[faces]:
+        cv2.fillConvexPoly(shade, triangle, 255, lineType=cv2.LINE_8, shift=_MOST_SUBPIXEL_BITS)
+    blur = scene.shadow_blur_m * _TEXELS / _SIZE_M
+    if blur > 0.1:
+        shade = cv2.GaussianBlur(shade, (0, 0), blur)
+    return shade.astype(np.float32) / np.float32(255.0)
+
+
+@njit(cache=True, nogil=True)
+def _draw(
+    texture: ImageArray,
+    texels_per_m: float,
+    beyond: ImageArray,
+    pixel_to_direction: FloatArray,
+    origin: FloatArray,
+    out: ImageArray,
+) -> None:
+    """Look up where each pixel's ray meets the table, between the four nearest texels."""
+    m, last = pixel_to_direction, texture.shape[0] - 1
+    offset = texture.shape[0] / 2.0 - 0.5
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            u, v = c + 0.5, r + 0.5
+            down = -(m[2, 0] * u + m[2, 1] * v + m[2, 2])
+            inside = False
+            if down > 1e-9:
+                t = origin[2] / down
+                x = (origin[0] + t * (m[0, 0] * u + m[0, 1] * v + m[0, 2])) * texels_per_m + offset
+                y = (origin[1] + t * (m[1, 0] * u + m[1, 1] * v + m[1, 2])) * texels_per_m + offset
+                inside = 0.0 <= x < last and 0.0 <= y < last
+            if inside:
+                j, i = int(x), int(y)
+                a, b = np.float32(x - j), np.float32(y - i)
+                p, q = np.float32(1.0) - a, np.float32(1.0) - b
+                w00, w01, w10, w11 = p * q, a * q, p * b, a * b
+                for k in range(3):
+                    out[r, c, k] = np.uint8(
+                        w00 * texture[i, j, k]
+                        + w01 * texture[i, j + 1, k]
+                        + w10 * texture[i + 1, j, k]
+                        + w11 * texture[i + 1, j + 1, k]
+                        + np.float32(0.5)
+                    )
+            else:
+                for k in range(3):
+                    out[r, c, k] = beyond[k]
