@@ -1,0 +1,71 @@
+"""Where hand descriptions are found: installed YAML files, URDF files and their packages."""
+
+import importlib.metadata
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+
+from graspbench.errors import HandError
+
+SCHEME = "package://"
+
+
+def list_hands() -> tuple[str, ...]:
+    """Return the names of the installed hands (the options of the configuration group ``hand``)."""
+    folder = resources.files("graspbench.conf") / "hand"
+    return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".yaml")))
+
+
+def find_urdf(urdf: str | None, package_dirs: tuple[str, ...], hand: str) -> tuple[Path, tuple[Path, ...]]:
+    """Find a hand's URDF and the folders its ``package://`` references start from.
+
+    Args:
+        urdf: A path, or ``package://PACKAGE/PATH``.
+        package_dirs: Folders given by the user, searched first.
+        hand: Name of the hand, for error messages.
+
+    Raises:
+        HandError: Nothing is given, or there is no such file.
+    """
+    if not urdf:
+        raise HandError(f"hand '{hand}' has no URDF", remedy="set hand.urdf, or hand.kind=radial")
+    folders = tuple(Path(d).expanduser().resolve() for d in package_dirs)
+    for folder in folders:
+        if not folder.is_dir():
+            raise HandError(
+                f"package folder '{folder}' of hand '{hand}' does not exist",
+                remedy="correct hand.package_dirs",
+                path=str(folder),
+            )
+    if urdf.startswith(SCHEME):
+        relative = urdf.removeprefix(SCHEME)
+        folders += tuple(f for f in (_installed_share(relative),) if f is not None)
+        candidates = [folder / relative for folder in folders]
+    else:
+        path = Path(urdf).expanduser().resolve()
+        folders += (path.parent,)
+        candidates = [path]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate, folders
+    raise HandError(
+        f"the URDF '{urdf}' of hand '{hand}' does not exist",
+        remedy="correct hand.urdf"
+        + (", add its folder to hand.package_dirs, or install its package" if urdf.startswith(SCHEME) else ""),
+        path=urdf,
+    )
+
+
+@lru_cache
+def _installed_share(relative: str) -> Path | None:
+    """Return the folder that holds ``PACKAGE/PATH`` among the files of the distribution PACKAGE."""
+    package = relative.split("/", 1)[0]
+    try:
+        files = importlib.metadata.files(package) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    for file in files:
+        if str(file).endswith("/" + relative):
+            located = Path(str(file.locate())).resolve()
+            return located.parents[len(Path(relative).parts) - 1]
+    return None

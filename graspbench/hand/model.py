@@ -1,0 +1,320 @@
+"""The hand model: a robot hand with a floating wrist, as the planners see it."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import HandError
+from graspbench.hand import collision, kinematics, shapes
+from graspbench.hand.chains import Chains, extract_chains
+from graspbench.hand.files import find_urdf
+from graspbench.hand.kinematics import FingerSolutions
+from graspbench.hand.parameters import FingerDescription, HandParameters, Margins, PalmDescription
+from graspbench.hand.radial import describe_radial, write_radial
+from graspbench.hand.shapes import Shapes
+
+
+@dataclass(frozen=True, eq=False)
+class HandModel:
+    """A hand of serial fingers with spherical tips; positions are in the palm frame.
+
+    Attributes:
+        name: Name of the hand.
+        finger_names: Fingers in use, shape (n_f,).
+        joint_names: All joints that move, idle ones included, in the order of every joint vector.
+        lower: Lower joint limits, shape (n_q,), rad.
+        upper: Upper joint limits, shape (n_q,), rad.
+        velocity_limits: Joint velocity limits, shape (n_q,), rad/s.
+        effort_limits: Joint torque limits, shape (n_q,), N m.
+        preferred: Preferred joints of a grasp; idle joints at rest, shape (n_q,), rad.
+        rest: Joints while no finger is used, shape (n_q,), rad.
+        tip_radius_m: Radius of the spherical fingertips.
+        tip_links: Link (or frame) of each finger's tip; its origin is the tip's centre.
+        palm_link: Link the palm frame is fixed to.
+        urdf_path: The hand's URDF file.
+        package_dirs: Folders its ``package://`` references start from (search paths for PyBullet).
+        transform_palm_to_root: Pose of the palm frame in the URDF's root link, shape (4, 4).
+        symmetric: Whether the fingers are copies of each other, turned about the palm's z axis.
+        margins: What a feasible posture has to keep.
+        model: Pinocchio's model, base at the root link.
+        geometry: Its collision geometry.
+        chains: The fingers in use, for compiled kinematics.
+        shapes: The collision shapes, for compiled distances; idle fingers count as palm.
+    """
+
+    name: str
+    finger_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    lower: FloatArray
+    upper: FloatArray
+    velocity_limits: FloatArray
+    effort_limits: FloatArray
+    preferred: FloatArray
+    rest: FloatArray
+    tip_radius_m: float
+    tip_links: tuple[str, ...]
+    palm_link: str
+    urdf_path: Path
+    package_dirs: tuple[Path, ...]
+    transform_palm_to_root: FloatArray
+    symmetric: bool
+    margins: Margins
+    model: Any
+    geometry: Any
+    chains: Chains
+    shapes: Shapes
+
+    @property
+    def n_fingers(self) -> int:
+        """Number of fingers in use."""
+        return len(self.finger_names)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints, idle ones included."""
+        return len(self.joint_names)
+
+    def finger_joints(self, finger: int) -> IntArray:
+        """Return where the joints of a finger are in the joint vector, shape (k,)."""
+        return self.chains.index[finger, : self.chains.counts[finger]]
+
+    def by_finger(self, joints: FloatArray) -> FloatArray:
+        """Return the joint vector as one row a finger, shape (n_f, k); short fingers are padded."""
+        return np.ascontiguousarray(joints[self.chains.index], dtype=float)
+
+    def joint_vector(self, by_finger: FloatArray) -> FloatArray:
+        """Return the joint vector of the rows of ``by_finger``; idle joints at rest, shape (n_q,)."""
+        joints = self.preferred.copy()
+        for f in range(self.n_fingers):
+            joints[self.finger_joints(f)] = by_finger[f, : self.chains.counts[f]]
+        return joints
+
+    def tip_positions(self, joints: FloatArray) -> FloatArray:
+        """Return the tips' centres, palm frame, shape (n_f, 3)."""
+        return _tips(self.chains, self.by_finger(joints))
+
+    def tip_jacobians(self, joints: FloatArray) -> FloatArray:
+        """Return the Jacobians of the tips' centres, palm frame, shape (n_f, 3, n_q), m/rad."""
+        per_finger = _jacobians(self.chains, self.by_finger(joints))
+        jacobians = np.zeros((self.n_fingers, 3, self.n_joints))
+        for f in range(self.n_fingers):
+            jacobians[f][:, self.finger_joints(f)] = per_finger[f][:, : self.chains.counts[f]]
+        return jacobians
+
+    def manipulability(self, joints: FloatArray) -> FloatArray:
+        """Return every finger's manipulability sqrt(det(J J^T)), shape (n_f,) (Yoshikawa 1985)."""
+        jacobians = self.tip_jacobians(joints)
+        gram = jacobians @ jacobians.transpose(0, 2, 1)
+        return np.asarray(np.sqrt(np.maximum(np.linalg.det(gram), 0.0)))
+
+    def finger_ik(
+        self, finger: int, targets: FloatArray, start: FloatArray, *, centring: float = 0.2
+    ) -> FingerSolutions:
+        """Bring the tip of one finger to many targets, within the joint limits.
+
+        Args:
+            finger: Which finger.
+            targets: Wanted tip centres, palm frame, shape (m, 3).
+            start: Joints of this finger to start from, shape (k,) or (m, k).
+            centring: How much the finger's free motion is used to move towards its preferred joints, 0 to 1.
+
+        Returns:
+            The solutions; ``error_m`` tells which targets are out of reach.
+        """
+        targets = np.ascontiguousarray(targets, dtype=float).reshape(-1, 3)
+        m, k = targets.shape[0], int(self.chains.counts[finger])
+        starts = np.ascontiguousarray(np.broadcast_to(np.asarray(start, dtype=float), (m, k)))
+        joints, error, margin, singular = np.empty((m, k)), np.empty(m), np.empty(m), np.empty(m)
+        kinematics.finger_ik_batch(
+            self.chains, finger, targets, starts, centring, joints, error, margin, singular
+        )
+        return FingerSolutions(joints, error, margin, singular)
+
+    def shape_poses(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return orientations (s, 3, 3) and centres (s, 3) of the collision shapes, palm frame."""
+        return _shape_poses(self.chains, self.shapes, self.by_finger(joints))
+
+
+def load_hand(parameters: HandParameters) -> HandModel:
+    """Load a hand; the same parameters give the same object.
+
+    Args:
+        parameters: The hand's description.
+
+    Raises:
+        HandError: The URDF is missing or unreadable, or does not fit its description.
+    """
+    return _load(_Key(parameters))
+
+
+class _Key:
+    """Makes parameters hashable by value, for the cache (a field may hold a dict)."""
+
+    def __init__(self, parameters: HandParameters) -> None:
+        self.parameters = parameters
+        self._text = repr(parameters)
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._text == other._text
+
+
+@lru_cache(maxsize=16)
+def _load(key: _Key) -> HandModel:
+    parameters = key.parameters
+    package_dirs: tuple[Path, ...]
+    if parameters.kind == "radial":
+        path = write_radial(parameters)
+        package_dirs = (path.parent,)
+        palm, fingers = describe_radial(parameters)
+    else:
+        path, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
+        palm, fingers = parameters.palm, parameters.chains
+    used = _choose(parameters, fingers)
+    model, geometry = _read(path, package_dirs, parameters.name)
+    transform = _palm_placement(model, palm, parameters.name)
+    # All fingers are read, so that an idle one is checked and known to rest.
+    extract_chains(model, transform, fingers, parameters.name)
+    chains, frames = extract_chains(model, transform, used, parameters.name)
+    rest = _rest(model, fingers)
+    preferred = rest.copy()
+    for f in range(len(used)):
+        preferred[chains.index[f, : chains.counts[f]]] = chains.preferred[f, : chains.counts[f]]
+    data = model.createData()
+    pinocchio.forwardKinematics(model, data, preferred)
+    found = shapes.extract_shapes(
+        model, geometry, data, transform, frames, chains.tips, chains.counts, parameters.tip_radius_m
+    )
+    found = shapes.with_pairs(found, *_shape_poses(chains, found, chains.preferred))
+    return HandModel(
+        name=parameters.name,
+        finger_names=tuple(finger.name for finger in used),
+        joint_names=tuple(model.names[1:]),
+        lower=np.array(model.lowerPositionLimit),
+        upper=np.array(model.upperPositionLimit),
+        velocity_limits=np.array(model.velocityLimit),
+        effort_limits=np.array(model.effortLimit),
+        preferred=preferred,
+        rest=rest,
+        tip_radius_m=parameters.tip_radius_m,
+        tip_links=tuple(finger.tip for finger in used),
+        palm_link=palm.link,
+        urdf_path=path,
+        package_dirs=package_dirs,
+        transform_palm_to_root=np.array(transform.homogeneous),
+        symmetric=parameters.kind == "radial",
+        margins=parameters.margins,
+        model=model,
+        geometry=geometry,
+        chains=chains,
+        shapes=found,
+    )
+
+
+def _choose(
+    parameters: HandParameters, fingers: tuple[FingerDescription, ...]
+) -> tuple[FingerDescription, ...]:
+    names = [finger.name for finger in fingers]
+    wanted = parameters.fingers
+    if len(set(names)) != len(names):
+        raise HandError(f"hand '{parameters.name}' has two fingers of one name", remedy="rename one")
+    if wanted > len(fingers):
+        raise HandError(
+            f"hand '{parameters.name}' has {len(fingers)} fingers, {wanted} are asked for",
+            remedy=f"set hand.fingers to at most {len(fingers)}",
+            fingers=wanted,
+        )
+    chosen = parameters.subsets.get(wanted, tuple(names[:wanted]))
+    if len(chosen) != wanted or not set(chosen) <= set(names):
+        raise HandError(
+            f"subset {wanted} of hand '{parameters.name}' lists {', '.join(chosen)}",
+            remedy=f"list {wanted} of {', '.join(names)}",
+        )
+    return tuple(fingers[names.index(name)] for name in chosen)
+
+
+def _read(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
+    folders = [str(folder) for folder in package_dirs]
+    try:
+        model = pinocchio.buildModelFromUrdf(str(path), mimic=True)
+        geometry = pinocchio.buildGeomFromUrdf(
+            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
+        )
+    except (ValueError, RuntimeError) as error:
+        raise HandError(
+            f"the URDF '{path}' of hand '{hand}' cannot be read ({str(error).strip().splitlines()[-1]})",
+            remedy="check the file and the meshes it names",
+            path=str(path),
+        ) from error
+    for joint in range(1, model.njoints):
+        if model.joints[joint].nq != 1 or "Mimic" in model.joints[joint].shortname():
+            raise HandError(
+                f"joint '{model.names[joint]}' of hand '{hand}' is not a plain joint with limits",
+                remedy="make it revolute with limits, or fixed; coupled (mimic) joints are not supported",
+                joint=model.names[joint],
+            )
+    return model, geometry
+
+
+def _palm_placement(model: pinocchio.Model, palm: PalmDescription, hand: str) -> pinocchio.SE3:
+    if not model.existFrame(palm.link):
+        known = ", ".join(f.name for f in model.frames if f.type == pinocchio.FrameType.BODY)
+        raise HandError(f"hand '{hand}' has no palm link '{palm.link}'", remedy=f"choose one of {known}")
+    frame = model.frames[model.getFrameId(palm.link)]
+    if frame.parentJoint != 0:
+        raise HandError(
+            f"the palm link '{palm.link}' of hand '{hand}' is moved by joint '{model.names[frame.parentJoint]}'",
+            remedy="choose a link fixed to the root link",
+        )
+    rotation = pinocchio.rpy.rpyToMatrix(np.radians(palm.rpy_deg))
+    return frame.placement * pinocchio.SE3(rotation, np.array(palm.xyz_m))
+
+
+def _rest(model: pinocchio.Model, fingers: tuple[FingerDescription, ...]) -> FloatArray:
+    """Return the joints of a hand no finger of which is used."""
+    rest = np.clip(0.0, model.lowerPositionLimit, model.upperPositionLimit)
+    for finger in fingers:
+        angles = finger.rest_deg if finger.rest_deg is not None else finger.posture_deg
+        if angles is None:
+            continue
+        frame = model.frames[model.getFrameId(finger.tip)]
+        support = [j for j in model.supports[frame.parentJoint] if j != 0]
+        for joint, angle in zip(support, np.radians(angles), strict=False):
+            i = model.joints[joint].idx_q
+            rest[i] = np.clip(angle, model.lowerPositionLimit[i], model.upperPositionLimit[i])
+    return np.asarray(rest, dtype=float)
+
+
+def _tips(chains: Chains, joints: FloatArray) -> FloatArray:
+    n, k = joints.shape
+    rotations, origins, tips = np.empty((k, 3, 3)), np.empty((k, 3)), np.empty((n, 3))
+    for f in range(n):
+        kinematics.forward(chains, f, joints[f], rotations, origins, tips[f])
+    return tips
+
+
+def _jacobians(chains: Chains, joints: FloatArray) -> FloatArray:
+    n, k = joints.shape
+    rotations, origins, tip = np.empty((k, 3, 3)), np.empty((k, 3)), np.empty(3)
+    jacobians = np.zeros((n, 3, k))
+    for f in range(n):
+        kinematics.forward(chains, f, joints[f], rotations, origins, tip)
+        kinematics.point_jacobian(int(chains.counts[f]) - 1, rotations, origins, tip, jacobians[f])
+    return jacobians
+
+
+def _shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    n, k = joints.shape
+    rotations, centres = np.empty((found.finger.size, 3, 3)), np.empty((found.finger.size, 3))
+    collision.place_hand(
+        chains, found, joints,
+        np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.empty((n, 3)), rotations, centres,
+    )  # fmt: skip
+    return rotations, centres
