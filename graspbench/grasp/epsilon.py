@@ -1,0 +1,241 @@
+"""Radius of the largest origin-centred ball in a grasp wrench space, exactly.
+
+The radius is the smallest value of the wrench space's support function over all unit directions, and
+it is attained at the normal of a facet. Each facet is spanned by faces of the contacts' wrench
+polytopes, one face a contact, that are affinely independent of each other: if a contact's share of
+the facet is larger than what is needed to span it, a smaller face of that share does. So it is enough
+to try the normals of all such combinations. A combination that is no facet does no harm, since the
+support function is never below its minimum; no tolerance decides what is a facet.
+"""
+
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+from numba import njit
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.grasp.contact import ContactPolytope
+
+FaceTable = tuple[IntArray, IntArray, IntArray]
+"""Corners of every face padded with -1, offsets by number of rows, and the apex corner or -1."""
+
+
+@lru_cache(maxsize=64)
+def face_table(polytope: ContactPolytope, minkowski: bool) -> FaceTable:
+    """Lay out a contact polytope's faces for the search of facet normals.
+
+    For the hull of the union of the contacts' polytopes a face of dimension k gives k + 1 rows, its
+    corners. For their Minkowski sum the contacts' polytopes are the pyramids over them with the apex in
+    the origin (a finger may also push less), and a face of dimension k gives k rows, its edges.
+    """
+    by_rows: list[list[list[int]]] = [[]]
+    if minkowski:
+        apex = len(polytope.vertices)
+        by_rows[0] = [[corner] for corner in range(apex + 1)]
+        for k, faces in enumerate(polytope.faces):
+            pyramids = [[apex, *face] for face in faces.tolist()]
+            higher = polytope.faces[k + 1].tolist() if k + 1 < len(polytope.faces) else []
+            by_rows.append(pyramids + higher)
+    else:
+        apex = -1
+        by_rows[0] = [[]]
+        by_rows += [faces.tolist() for faces in polytope.faces]
+    flat = [face for faces in by_rows for face in faces]
+    width = max(len(face) for face in flat)
+    corners = np.array([face + [-1] * (width - len(face)) for face in flat], dtype=np.int64)
+    start = np.concatenate(([0], np.cumsum([len(faces) for faces in by_rows]))).astype(np.int64)
+    return corners, start, np.array([apex], dtype=np.int64)
+
+
+@lru_cache(maxsize=64)
+def row_shares(contacts: int, rows: int, largest: int) -> IntArray:
+    """Return all ways to share ``rows`` among the contacts, at most ``largest`` each; shape (n, contacts)."""
+    shares = [s for s in product(range(min(rows, largest) + 1), repeat=contacts) if sum(s) == rows]
+    return np.array(shares, dtype=np.int64).reshape(-1, contacts)
+
+
+def smallest_support(
+    wrenches: FloatArray, polytope: ContactPolytope, *, minkowski: bool = False, stop_at: float = -np.inf
+) -> FloatArray:
+    """Return the smallest support of grasp wrench spaces over all unit directions.
+
+    Args:
+        wrenches: Wrenches of the polytope's corners at each contact, shape (n, n_f, n_vertices, d).
+        polytope: Contact polytope that the wrenches come from.
+        minkowski: Minkowski sum of the contacts' polytopes (L-infinity) instead of the hull of their
+            union (L1).
+        stop_at: Give up as soon as a value is known to be at most this; the value returned is then
+            an upper bound.
+
+    Returns:
+        Shape (n,); negative where the origin is outside, 0 where the wrenches do not span the space.
+    """
+    _, n_f, _, size = wrenches.shape
+    corners, start, apex = face_table(polytope, minkowski)
+    shares = row_shares(n_f, size - 1 if minkowski else size, len(start) - 2)
+    return np.asarray(
+        _smallest_support_batch(np.ascontiguousarray(wrenches), corners, start, shares, apex[0] >= 0, stop_at)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _smallest_support_batch(
+    wrenches: FloatArray,
+    corners: IntArray,
+    start: IntArray,
+    shares: IntArray,
+    minkowski: bool,
+    stop_at: float,
+) -> FloatArray:
+    values = np.empty(wrenches.shape[0])
+    for g in range(wrenches.shape[0]):
+        values[g] = smallest_support_one(wrenches[g], corners, start, shares, minkowski, stop_at)
+    return values
+
+
+@njit(cache=True, nogil=True)
+def smallest_support_one(
+    wrenches: FloatArray,
+    corners: IntArray,
+    start: IntArray,
+    shares: IntArray,
+    minkowski: bool,
+    stop_at: float,
+) -> float:
+    """Return one grasp's smallest support; arguments as laid out by `smallest_support`."""
+    n_f, n_v, d = wrenches.shape
+    size = d if minkowski else d + 1  # the hull's normals are found together with their offset
+    points = np.zeros((n_f, n_v + 1, size))
+    points[:, :n_v, :d] = wrenches
+    if not minkowski:
+        points[:, :, d] = 1.0
+    free = np.empty((n_f + 1, size, size))  # orthonormal rows: what the chosen rows leave free
+    free[0] = np.eye(size)
+    dims = np.empty(n_f + 1, np.int64)
+    dims[0] = size
+    face = np.empty(n_f, np.int64)
+    normal = np.empty(size)
+    best = np.inf
+    for s in range(shares.shape[0]):
+        level = 0
+        face[0] = start[shares[s, 0]] - 1
+        while level >= 0:
+            face[level] += 1
+            share = shares[s, level]
+            if face[level] >= start[share + 1] or (share == 0 and face[level] > start[0]):
+                level -= 1
+                continue
+            independent = _reduce(free, dims, level, points[level], corners[face[level]], share, minkowski)
+            if not independent:
+                continue
+            if level + 1 < n_f:
+                level += 1
+                face[level] = start[shares[s, level]] - 1
+                continue
+            length = 0.0
+            for k in range(d):
+                length += free[n_f, 0, k] ** 2
+            if length < 1e-20:
+                continue
+            length = np.sqrt(length)
+            for k in range(d):
+                normal[k] = free[n_f, 0, k] / length
+            if minkowski:
+                best = min(best, _support_of_sum(points, normal, best))
+            else:
+                best = min(best, _support_of_union(points, n_v, d, normal, best))
+            if best <= stop_at:
+                return best
+    return float(best) if best < np.inf else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _reduce(
+    free: FloatArray,
+    dims: IntArray,
+    level: int,
+    points: FloatArray,
+    corners: IntArray,
+    share: int,
+    minkowski: bool,
+) -> bool:
+    """Remove a face's rows from the free directions of a level, by one reflection a row."""
+    size = free.shape[2]
+    k = dims[level]
+    basis = free[level + 1]
+    for a in range(k):
+        for b in range(size):
+            basis[a, b] = free[level, a, b]
+    row = np.empty(size)
+    part = np.empty(size)
+    for r in range(share):
+        norm = 0.0
+        for b in range(size):
+            row[b] = points[corners[r], b]
+            if minkowski:
+                row[b] = points[corners[r + 1], b] - points[corners[0], b]
+            norm += row[b] ** 2
+        length = 0.0
+        for a in range(k):
+            value = 0.0
+            for b in range(size):
+                value += basis[a, b] * row[b]
+            part[a] = value
+            length += value**2
+        if length <= 1e-26 * norm or k == 0:
+            return False
+        length = np.sqrt(length)
+        part[k - 1] += length if part[k - 1] >= 0.0 else -length
+        scale = 0.0
+        for a in range(k):
+            scale += part[a] ** 2
+        scale = 2.0 / scale
+        for b in range(size):
+            value = 0.0
+            for a in range(k):
+                value += part[a] * basis[a, b]
+            value *= scale
+            for a in range(k - 1):
+                basis[a, b] -= value * part[a]
+        k -= 1
+    dims[level + 1] = k
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, bound: float) -> float:
+    """Return the smaller support of the two sides; anything above ``bound`` if both are."""
+    high = -np.inf
+    low = np.inf
+    for i in range(points.shape[0]):
+        for j in range(n_v):
+            value = 0.0
+            for k in range(d):
+                value += points[i, j, k] * normal[k]
+            high = max(high, value)
+            low = min(low, value)
+        if high > bound and -low > bound:
+            return np.inf
+    return min(high, -low)
+
+
+@njit(cache=True, nogil=True)
+def _support_of_sum(points: FloatArray, normal: FloatArray, bound: float) -> float:
+    """Return the smaller support of the two sides; anything above ``bound`` if both are."""
+    high = 0.0
+    low = 0.0
+    for i in range(points.shape[0]):
+        top = 0.0
+        bottom = 0.0
+        for j in range(points.shape[1]):
+            value = 0.0
+            for k in range(normal.shape[0]):
+                value += points[i, j, k] * normal[k]
+            top = max(top, value)
+            bottom = min(bottom, value)
+        high += top
+        low += bottom
+        if high > bound and -low > bound:
+            return np.inf
+    return min(high, -low)
