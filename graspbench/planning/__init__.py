@@ -1,1 +1,1 @@
-"""TBD."""
+"""Planning of grasps and of the fingertips' paths to them."""

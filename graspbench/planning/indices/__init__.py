@@ -1,1 +1,1 @@
-"""TBD."""
+"""The grasp quality indices that come with Graspbench, one module each."""

@@ -1,0 +1,111 @@
+"""What a grasp quality index is to the local planner (thesis 3.4 and appendix A).
+
+An index looks at the surface, the vertices that the fingers touch and the moves that the hand allows,
+and proposes the next vertices, or says that none is better. The planner asks again and again until
+the index has nothing to propose: that is a local optimum. Nothing else is asked of an index, so any
+grasp quality that can be read off a discretised surface can guide the fingers; the module
+`graspbench.planning.indices.quality_ascent` is the shortest complete example.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.surface import Surface
+from graspbench.registry import Registry
+
+if TYPE_CHECKING:
+    from graspbench.grasp.quality import QualityParameters
+
+
+@dataclass(frozen=True)
+class Moves:
+    """Where each finger may go in one move, and what the hand thinks of it.
+
+    Attributes:
+        nodes: Allowed vertices of each finger, shape (n_f, k), -1 where there is none. Column 0 is the vertex
+            that the finger touches now; the others are reachable nodes of the contour around it.
+        barrier: Barrier value at each of these vertices, N, shape (n_f, k); 0 far from every limit.
+        barrier_force: Kinematic barrier force f_b on each contact, N, shape (n_f, 3).
+    """
+
+    nodes: IntArray
+    barrier: FloatArray
+    barrier_force: FloatArray
+
+
+class Index(Protocol):
+    """A grasp quality index that the local planner can climb.
+
+    An implementation is a class whose constructor takes ``(parameters, n_f, quality)``: its own
+    parameters, the number of fingers, and how grasp quality is measured. It raises ConfigurationError when
+    it is not defined for ``n_f`` fingers.
+    """
+
+    parameters: ClassVar[type[Any]]
+    """Frozen dataclass of the index's parameters, every field with a default."""
+
+    def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
+        """Return the next vertices, one of ``moves.nodes`` for each finger, or None at a local optimum.
+
+        Args:
+            surface: The reconstruction surface at this moment.
+            vertices: Current contacts, shape (n_f,).
+            moves: Allowed moves; column 0 is to stay.
+        """
+        ...
+
+    def score(self, surface: Surface, vertices: IntArray) -> float:
+        """Return how good the index finds a grasp, higher is better, barrier left out."""
+        ...
+
+
+INDICES: Registry[Any] = Registry("index", "graspbench.planning.indices")
+"""All indices by name; other distributions add theirs by the entry point group ``graspbench.index``."""
+
+
+def make_index(name: str, parameters: Any, n_f: int, quality: "QualityParameters | None" = None) -> Index:
+    """Build a registered index.
+
+    Args:
+        name: Its registered name.
+        parameters: An instance of its ``parameters`` dataclass.
+        n_f: Number of fingers.
+        quality: How grasp quality is measured, for indices that read it; None for the defaults.
+
+    Raises:
+        ConfigurationError: No such index, or it is not defined for ``n_f`` fingers.
+    """
+    index: Index = INDICES[name](parameters, n_f, quality)
+    return index
+
+
+def free_moves(surface: Surface, vertices: IntArray) -> Moves:
+    """Return the moves of fingers that no hand holds back: the whole contours.
+
+    Args:
+        surface: Any snapshot.
+        vertices: Current contacts, shape (n_f,).
+    """
+    nodes = contour_nodes(surface, vertices)
+    return Moves(nodes, np.zeros(nodes.shape), np.zeros((len(vertices), 3)))
+
+
+def contour_nodes(surface: Surface, vertices: IntArray) -> IntArray:
+    """Return each contact's vertex and the contour around it.
+
+    Args:
+        surface: Any snapshot.
+        vertices: Current contacts, shape (n_f,).
+
+    Returns:
+        Shape (n_f, k), column 0 the vertices, short rows filled with -1.
+    """
+    contours = [surface.network.contour(int(vertex)) for vertex in vertices]
+    nodes = np.full((len(vertices), 1 + max(map(len, contours))), -1, dtype=np.int64)
+    nodes[:, 0] = vertices
+    for row, contour in zip(nodes, contours, strict=True):
+        row[1 : 1 + len(contour)] = contour
+    return nodes

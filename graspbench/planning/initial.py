@@ -1,0 +1,107 @@
+"""The first grasp on the ellipsoid, before the surface shrinks (thesis 3.4.1)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.surface import Surface
+
+_TILTS_DEG = (0.0, 30.0, 60.0, 90.0)
+
+
+@dataclass(frozen=True)
+class InitialGrasp:
+    """An equilateral grasp in a plane through the centroid.
+
+    Attributes:
+        vertices: Surface nodes, counter-clockwise about `plane_normal`, shape (n_f,).
+        plane_normal: Unit normal of the plane, shape (3,).
+        plane: Rank of the plane; 0 is the plane of the two minor axes.
+        rotation_rad: By how much the grasp is turned in its plane.
+    """
+
+    vertices: IntArray
+    plane_normal: FloatArray
+    plane: int
+    rotation_rad: float
+
+
+def principal_axes(surface: Surface) -> FloatArray:
+    """Return the principal axes of the solid inside a surface as columns, longest first, shape (3, 3).
+
+    They are those of the ellipsoid, exactly when the surface still is one.
+    """
+    faces = surface.network.faces
+    a, b, c = (surface.points[faces[:, k]] - surface.centroid for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    total = a + b + c
+    second = sum((np.einsum("i,ij,ik->jk", volume, x, x) for x in (a, b, c, total)), np.zeros((3, 3)))
+    _, vectors = np.linalg.eigh(second)
+    axes: FloatArray = vectors[:, ::-1].copy()
+    # Fixed signs, so that the same surface always gives the same axes.
+    axes *= np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0, -1.0, 1.0)
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    return axes
+
+
+def initial_planes(axes: FloatArray) -> FloatArray:
+    """Return the normals of the planes to try, best first, shape (n, 3).
+
+    The first is parallel to the two minor axes; the next ones are tilted more and more out of it, ending with the
+    planes of the other pairs of axes.
+
+    Args:
+        axes: Principal axes as columns, longest first, shape (3, 3).
+    """
+    normals = [axes[:, 0]]
+    for tilt in np.deg2rad(_TILTS_DEG[1:]):
+        for sideways in (axes[:, 1], axes[:, 2], -axes[:, 1], -axes[:, 2])[: 4 if tilt < 1.5 else 2]:
+            normals.append(np.cos(tilt) * axes[:, 0] + np.sin(tilt) * sideways)
+    return np.array(normals)
+
+
+def equilateral_vertices(
+    surface: Surface, normal: FloatArray, reference: FloatArray, n_f: int, rotation_rad: float
+) -> IntArray:
+    """Return the nodes nearest to an equilateral star of rays in a plane through the centroid.
+
+    Args:
+        surface: A surface that every ray from the centroid leaves once (an ellipsoid does).
+        normal: Unit normal of the plane, shape (3,).
+        reference: The first ray, before it is turned, lies along this in the plane, shape (3,).
+        n_f: Number of contacts.
+        rotation_rad: Turn of the star, counter-clockwise about the normal.
+    """
+    first = reference - (reference @ normal) * normal
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    angles = rotation_rad + 2.0 * np.pi * np.arange(n_f) / n_f
+    rays = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second)
+    arms = surface.points - surface.centroid
+    arms /= np.linalg.norm(arms, axis=1, keepdims=True)
+    vertices: IntArray = np.argmax(arms @ rays.T, axis=0).astype(np.int64)
+    return vertices
+
+
+def initial_grasps(surface: Surface, n_f: int, rotations: int) -> Iterator[tuple[InitialGrasp, ...]]:
+    """Yield the equilateral grasps of one plane after the other, best plane first.
+
+    Args:
+        surface: The first surface, an ellipsoid.
+        n_f: Number of contacts.
+        rotations: Grasps in each plane, evenly turned over 2 pi / n_f.
+
+    Yields:
+        The grasps of a plane, ``rotations`` of them, nodes all different.
+    """
+    axes = principal_axes(surface)
+    for plane, normal in enumerate(initial_planes(axes)):
+        reference = axes[:, 2] if abs(axes[:, 2] @ normal) < 0.9 else axes[:, 0]
+        turns = 2.0 * np.pi / n_f * np.arange(rotations) / rotations
+        grasps = (
+            InitialGrasp(equilateral_vertices(surface, normal, reference, n_f, turn), normal, plane, float(turn))
+            for turn in turns
+        )
+        yield tuple(grasp for grasp in grasps if len(set(grasp.vertices.tolist())) == n_f)

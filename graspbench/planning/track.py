@@ -1,0 +1,191 @@
+"""One grasp that the planner moves over the surface until no finger wants to move."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.hand.posture import HandPosture
+from graspbench.planning.barrier import MoveFinder
+from graspbench.planning.index import Index, Moves
+from graspbench.reconstruction.surface import Surface
+
+
+class Placer(Protocol):
+    """The part of a grasp checker that the planner moves with."""
+
+    def place(
+        self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
+    ) -> HandPosture | None:
+        """Return a feasible posture with the fingertips on the contacts, or None."""
+        ...
+
+    def reason(self, points: FloatArray, normals: FloatArray) -> str:
+        """Say why there is no feasible posture."""
+        ...
+
+
+@dataclass(frozen=True)
+class Settler:
+    """What moves a grasp: an index, and the hand that limits it.
+
+    Attributes:
+        index: Proposes the moves.
+        finder: Knows which moves the hand allows.
+        placer: Solves the whole hand; None without a hand.
+        max_moves: Proposals on one surface after which it stops.
+        wrist_moves: Moves after which the wrist follows the fingers.
+    """
+
+    index: Index
+    finder: MoveFinder
+    placer: Placer | None
+    max_moves: int
+    wrist_moves: int
+
+
+@dataclass
+class Track:
+    """A grasp on its way, with what it took.
+
+    Attributes:
+        vertices: Where the fingers are, shape (n_f,).
+        posture: The hand there; None when there is none, or none was found.
+        via: Surface and vertices of every configuration on the way.
+        moves: Number of moves.
+        evaluations: Number of proposals asked from the index.
+        cycles: Number of times that the index wanted back to a configuration it had left.
+    """
+
+    vertices: IntArray
+    posture: HandPosture | None = None
+    via: list[tuple[Surface, IntArray]] = field(default_factory=list)
+    moves: int = 0
+    evaluations: int = 0
+    cycles: int = 0
+
+
+def settle(track: Track, surface: Surface, settler: Settler) -> bool:
+    """Move a grasp on one surface until the index finds no better move that the hand can follow.
+
+    The wrist follows every few moves; in between, the barrier tells what the fingers reach with the palm
+    held still. When the wrist cannot follow, the grasp goes back to where it last could, and goes on one checked
+    move at a time. On a surface that is not at rest yet an infeasible grasp is passed on as it is.
+
+    Args:
+        track: Changed in place.
+        surface: The surface now.
+        settler: Index and hand.
+
+    Returns:
+        Whether the grasp now is feasible for the hand (always True without a hand).
+    """
+    walk = _Walk(track, surface, settler)
+    walk.run()
+    return settler.placer is None or track.posture is not None
+
+
+class _Walk:
+    """The moves on one surface."""
+
+    def __init__(self, track: Track, surface: Surface, settler: Settler) -> None:
+        self.track = track
+        self.surface = surface
+        self.settler = settler
+        self.path: list[IntArray] = [track.vertices]
+        self.visited = {tuple(track.vertices.tolist())}
+        self.banned: set[tuple[int, int]] = set()
+        self.careful = False
+        self.placed_at = 0
+
+    def run(self) -> None:
+        track, settler = self.track, self.settler
+        track.via.append((self.surface, track.vertices))
+        track.posture = self._place(track.vertices)
+        for _ in range(settler.max_moves):
+            moves = settler.finder.moves(self.surface, track.vertices, track.posture)
+            proposed = settler.index.propose(self.surface, track.vertices, self._without_banned(moves))
+            track.evaluations += 1
+            cycle = proposed is not None and tuple(proposed.tolist()) in self.visited
+            track.cycles += cycle
+            if proposed is None or cycle:
+                if self._is_placed() or not self._follow() or cycle:
+                    break
+            elif self.careful:
+                self._move_checked(proposed)
+            else:
+                self._move(proposed)
+                if len(self.path) - 1 - self.placed_at >= settler.wrist_moves:
+                    self._follow()
+        if not self._is_placed():
+            self._follow()
+
+    def _move(self, vertices: IntArray) -> None:
+        self.track.vertices = vertices
+        self.track.moves += 1
+        self.track.via.append((self.surface, vertices))
+        self.path.append(vertices)
+        self.visited.add(tuple(vertices.tolist()))
+        self.banned.clear()
+
+    def _move_checked(self, vertices: IntArray) -> None:
+        """Move only where the whole hand can follow; else take these moves out."""
+        posture = self._place(vertices)
+        if posture is None:
+            changed = np.flatnonzero(vertices != self.track.vertices)
+            self.banned.update((int(i), int(vertices[i])) for i in changed)
+            return
+        self._move(vertices)
+        self.track.posture = posture
+        self.placed_at = len(self.path) - 1
+
+    def _follow(self) -> bool:
+        """Let the wrist follow the fingers; False when the walk should end."""
+        posture = self._place(self.track.vertices)
+        if posture is not None:
+            self.track.posture = posture
+            self.placed_at = len(self.path) - 1
+            return True
+        if not self.surface.at_rest:
+            self.track.posture = None
+            self.placed_at = len(self.path) - 1
+            return False
+        return self._go_back()
+
+    def _go_back(self) -> bool:
+        """Return to the last configuration that the hand can take; False when there is none."""
+        track = self.track
+        for step in range(len(self.path) - 2, -1, -1):
+            known = step == self.placed_at and track.posture is not None
+            posture = track.posture if known else self._place(self.path[step])
+            if posture is not None:
+                track.vertices, track.posture = self.path[step], posture
+                track.via.append((self.surface, track.vertices))
+                del self.path[step + 1 :]
+                self.visited = {tuple(v.tolist()) for v in self.path}
+                self.placed_at = step
+                self.careful = True
+                return True
+        track.posture = None
+        self.placed_at = len(self.path) - 1
+        return False
+
+    def _place(self, vertices: IntArray) -> HandPosture | None:
+        if self.settler.placer is None:
+            return None
+        points, normals = self.surface.points[vertices], self.surface.normals[vertices]
+        return self.settler.placer.place(points, normals, start=self.track.posture)
+
+    def _is_placed(self) -> bool:
+        return self.settler.placer is None or (
+            self.placed_at == len(self.path) - 1 and (self.track.posture is not None or len(self.path) == 1)
+        )
+
+    def _without_banned(self, moves: Moves) -> Moves:
+        if not self.banned:
+            return moves
+        nodes = moves.nodes.copy()
+        for i, node in self.banned:
+            nodes[i, 1:][nodes[i, 1:] == node] = -1
+        return Moves(nodes, moves.barrier, moves.barrier_force)
