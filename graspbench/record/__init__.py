@@ -1,8 +1,30 @@
-"""The log of a trial: one MCAP file, written while the trial runs, readable even when it was cut."""
+"""The log of a trial: one MCAP file, written while the trial runs, readable even when it was cut.
 
-from graspbench.record.channels import CHANNELS
-from graspbench.record.mcap_log import TrialLog
+Names are imported on first use, so that reading the configuration does not load the log's libraries.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from graspbench.record.parameters import Level, RecordParameters
-from graspbench.record.recover import LogInfo, log_info, recover_log
+
+if TYPE_CHECKING:
+    from graspbench.record.channels import CHANNELS
+    from graspbench.record.mcap_log import TrialLog
+    from graspbench.record.recover import LogInfo, log_info, recover_log
 
 __all__ = ["CHANNELS", "Level", "LogInfo", "RecordParameters", "TrialLog", "log_info", "recover_log"]
+
+_HOMES = {
+    "CHANNELS": "channels",
+    "LogInfo": "recover",
+    "TrialLog": "mcap_log",
+    "log_info": "recover",
+    "recover_log": "recover",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -27,7 +27,9 @@ def write(path, trial, record="full"):
         for surface in trial.surfaces:
             log.surface(surface)
         log.grasp(trial.grasp)
-        log.joints(["a", "b"], np.array([0.0, 0.1]), np.array([[0.0, 1.0], [0.5, 1.5]]), np.stack([np.eye(4)] * 2))
+        log.joints(
+            ["a", "b"], np.array([0.0, 0.1]), np.array([[0.0, 1.0], [0.5, 1.5]]), np.stack([np.eye(4)] * 2)
+        )
         log.scores({"local.q1": 0.25, "global.q1": np.nan, "done": True})
     return path
 
@@ -114,9 +116,14 @@ def test_level_off_writes_nothing(tmp_path, trial):
 
 def test_exception_leaves_a_partial_log_that_can_be_recovered(tmp_path, trial):
     path = tmp_path / "trial.mcap"
-    with pytest.raises(RuntimeError), TrialLog(path) as log:
-        log.surface(trial.surfaces[0])
-        raise RuntimeError("the hand fell off")
+
+    def fail():
+        with TrialLog(path) as log:
+            log.surface(trial.surfaces[0])
+            raise RuntimeError("the hand fell off")
+
+    with pytest.raises(RuntimeError):
+        fail()
     assert not path.exists()
     partial = tmp_path / "trial.mcap.partial"
     assert not log_info(partial).complete
@@ -142,7 +149,9 @@ def test_killed_process_loses_nothing_that_was_logged(tmp_path):
             os.kill(os.getpid(), signal.SIGKILL)
     """
     path = tmp_path / "trial.mcap"
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code), str(path)], env=os.environ, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code), str(path)], env=os.environ, check=False
+    )
     assert done.returncode == -signal.SIGKILL
 
     info = recover_log(tmp_path / "trial.mcap.partial")

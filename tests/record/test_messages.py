@@ -39,7 +39,9 @@ def test_packed_triangles_read_back_as_written(count):
 def test_arrow_points_along_its_direction():
     direction = np.array([2.0, -1.0, 0.5]) / np.linalg.norm([2.0, -1.0, 0.5])
     q = messages.arrow(np.zeros(3), direction, 0.1, (1, 0, 0, 1)).pose.orientation
-    np.testing.assert_allclose(Rotation.from_quat([q.x, q.y, q.z, q.w]).apply([1, 0, 0]), direction, atol=1e-12)
+    np.testing.assert_allclose(
+        Rotation.from_quat([q.x, q.y, q.z, q.w]).apply([1, 0, 0]), direction, atol=1e-12
+    )
 
 
 def test_arrow_of_length_is_as_long_as_asked():

@@ -1,0 +1,135 @@
+"""Statistics over trials: means with intervals, success rates, rank correlations."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import ConfigurationError
+
+STATISTICS = ("mean", "std", "ci", "median", "min", "max", "count")
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An estimate with its confidence interval.
+
+    Attributes:
+        value: The estimate.
+        low: Lower end.
+        high: Upper end.
+        count: Number of observations.
+    """
+
+    value: float
+    low: float
+    high: float
+    count: int
+
+
+def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> Interval:
+    """Return a success rate with Wilson's score interval (Wilson 1927).
+
+    Args:
+        successes: Number of successes, 0 to ``trials``.
+        trials: Number of trials; with none the interval is [0, 1] and the value nan.
+        confidence: Coverage asked for.
+    """
+    if trials == 0:
+        return Interval(np.nan, 0.0, 1.0, 0)
+    z = float(stats.norm.ppf(0.5 + confidence / 2))
+    rate = successes / trials
+    centre = (rate + z * z / (2 * trials)) / (1 + z * z / trials)
+    half = z / (1 + z * z / trials) * np.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials**2))
+    low = 0.0 if successes == 0 else max(0.0, centre - half)
+    high = 1.0 if successes == trials else min(1.0, centre + half)
+    return Interval(rate, float(low), float(high), trials)
+
+
+def spearman(x: FloatArray, y: FloatArray, confidence: float = 0.95) -> Interval:
+    """Return Spearman's rank correlation with an interval by Fisher's z (Bonett and Wright 2000).
+
+    Pairs with a value that is not finite are left out. With fewer than four pairs, or when one side
+    is constant, nothing is estimated: the value is nan and the interval [-1, 1].
+
+    Args:
+        x: Shape (n,).
+        y: Shape (n,).
+        confidence: Coverage asked for.
+    """
+    use = np.isfinite(x) & np.isfinite(y)
+    a, b = x[use], y[use]
+    n = len(a)
+    if n < 4 or np.ptp(a) == 0 or np.ptp(b) == 0:
+        return Interval(np.nan, -1.0, 1.0, n)
+    rho = float(np.corrcoef(stats.rankdata(a), stats.rankdata(b))[0, 1])
+    widest = 1.0 - 12.0 / (n * (n * n - 1))  # two neighbours swapped: a perfect order has no interval
+    clipped = float(np.clip(rho, -widest, widest))
+    half = float(stats.norm.ppf(0.5 + confidence / 2)) * np.sqrt((1 + clipped**2 / 2) / (n - 3))
+    low, high = np.tanh(np.arctanh(clipped) + np.array([-half, half]))
+    return Interval(rho, min(rho, float(low)), max(rho, float(high)), n)
+
+
+def aggregate(
+    trials: pd.DataFrame, group: Sequence[str], values: Sequence[str], statistic: Sequence[str]
+) -> pd.DataFrame:
+    """Summarise columns over groups of trials.
+
+    Args:
+        trials: One row a trial.
+        group: Columns that make a group; "object" stands for "object.name", and so on.
+        values: Columns to summarise; missing values are left out.
+        statistic: Any of mean, std, ci (95 % half width by Student's t), median, min, max, count.
+
+    Returns:
+        One row a group, columns ``<value>.<statistic>``.
+
+    Raises:
+        ConfigurationError: A column or a statistic is unknown.
+    """
+    keys = [_column(trials, name) for name in group]
+    columns = [_column(trials, name) for name in values]
+    for name in statistic:
+        if name not in STATISTICS:
+            raise ConfigurationError(
+                f"unknown statistic '{name}'", remedy=f"choose from {', '.join(STATISTICS)}"
+            )
+    records = []
+    for key, rows in trials.groupby(keys, dropna=False, sort=True):
+        record: dict[str, object] = dict(zip(keys, key if isinstance(key, tuple) else (key,), strict=True))
+        record["trials"] = len(rows)
+        for column in columns:
+            sample = pd.to_numeric(rows[column], errors="coerce").dropna().to_numpy(dtype=np.float64)
+            record |= {f"{column}.{name}": _statistic(sample, name) for name in statistic}
+        records.append(record)
+    return pd.DataFrame(records)
+
+
+def _column(trials: pd.DataFrame, name: str) -> str:
+    for candidate in (name, f"{name}.name"):
+        if candidate in trials:
+            return candidate
+    raise ConfigurationError(
+        f"the trials have no column '{name}'",
+        remedy=f"choose from {', '.join(sorted(map(str, trials.columns)))}",
+    )
+
+
+def _statistic(sample: FloatArray, name: str) -> float:
+    n = len(sample)
+    if name == "count":
+        return float(n)
+    if n == 0 or (name in ("std", "ci") and n < 2):
+        return np.nan
+    if name == "ci":
+        return float(stats.t.ppf(0.975, n - 1) * sample.std(ddof=1) / np.sqrt(n))
+    if name == "std":
+        return float(sample.std(ddof=1))
+    if name == "median":
+        return float(np.median(sample))
+    if name == "mean":
+        return float(sample.mean())
+    return float(sample.min() if name == "min" else sample.max())
