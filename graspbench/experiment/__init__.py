@@ -1,1 +1,64 @@
-"""TBD."""
+"""Trials: their configuration, their course, their results on disk, and grids of them.
+
+Names are imported on first use, so that a command that only reads results does not load the simulator.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graspbench.experiment.catalogue import describe_hands, describe_objects
+    from graspbench.experiment.compose import compose_tree, expand_sweep, group_options
+    from graspbench.experiment.config import TrialConfig, config_from_tree, load_config
+    from graspbench.experiment.runner import run_and_store
+    from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
+    from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
+    from graspbench.experiment.trial import run_trial
+
+_HOMES = {
+    "PlannedTrial": "sweep",
+    "ResultStore": "store",
+    "SweepOptions": "sweep",
+    "TrialConfig": "config",
+    "compose_tree": "compose",
+    "config_from_tree": "config",
+    "describe_hands": "catalogue",
+    "describe_objects": "catalogue",
+    "expand_sweep": "compose",
+    "group_options": "compose",
+    "load_config": "config",
+    "load_results": "store",
+    "plan_sweep": "sweep",
+    "results_frame": "store",
+    "run_and_store": "runner",
+    "run_sweep": "sweep",
+    "run_trial": "trial",
+    "to_json": "store",
+}
+
+__all__ = [
+    "PlannedTrial",
+    "ResultStore",
+    "SweepOptions",
+    "TrialConfig",
+    "compose_tree",
+    "config_from_tree",
+    "describe_hands",
+    "describe_objects",
+    "expand_sweep",
+    "group_options",
+    "load_config",
+    "load_results",
+    "plan_sweep",
+    "results_frame",
+    "run_and_store",
+    "run_sweep",
+    "run_trial",
+    "to_json",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,5 @@
+"""``python -m graspbench.cli``."""
+
+from graspbench.cli.app import main
+
+main()

@@ -1,0 +1,60 @@
+"""The ``graspbench`` command and how its errors reach the user."""
+
+import importlib
+import sys
+from typing import Annotated
+
+import typer
+
+from graspbench.cli import bench, config, hands, logs, manipulate, objects, paper, report, run, sweep
+from graspbench.errors import GraspbenchError
+
+app = typer.Typer(
+    name="graspbench",
+    help="Benchmark multi-finger grasps: camera images in; planned, scored, executed, logged grasps out.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+
+app.command("run")(run.run)
+app.command("sweep")(sweep.sweep)
+app.command("report")(report.report)
+app.command("paper")(paper.paper)
+app.command("manipulate")(manipulate.manipulate)
+app.command("config")(config.config)
+app.add_typer(objects.app, name="objects")
+app.add_typer(hands.app, name="hands")
+app.add_typer(logs.app, name="log")
+app.command("bench")(bench.bench)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(importlib.import_module("importlib.metadata").version("graspbench"))
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    """Benchmark multi-finger grasps from camera images."""
+
+
+def main() -> None:
+    """Run the command line: errors become one sentence on stderr and an exit code."""
+    try:
+        app()
+    except GraspbenchError as error:
+        print(f"graspbench: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("graspbench: interrupted.", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)

@@ -1,0 +1,75 @@
+"""Arguments that several commands share, and their shell completion."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import yaml
+
+import graspbench.conf
+
+_CONF_DIR = Path(graspbench.conf.__path__[0])
+
+
+def complete_override(incomplete: str) -> list[str]:
+    """Complete ``group=``, ``group=option`` and ``group.key=`` from the configuration files alone.
+
+    No library of the package proper is imported, so that the shell answers at once.
+    """
+    key, equals, value = incomplete.partition("=")
+    if equals:
+        return [f"{key}={option}" for option in _values(key) if option.startswith(value)]
+    if "." in key:
+        return [f"{name}=" for name in _keys(key.split(".", 1)[0]) if name.startswith(key)]
+    groups = sorted(path.name for path in _CONF_DIR.iterdir() if path.is_dir() and any(path.glob("*.yaml")))
+    names = [f"{group}=" for group in groups] + [f"{group}." for group in groups] + ["seed="]
+    return [name for name in names if name.startswith(key)]
+
+
+def _values(key: str) -> list[str]:
+    """Return the options of a group, or the two values of a switch."""
+    if "." not in key:
+        return sorted(path.stem for path in (_CONF_DIR / key).glob("*.yaml"))
+    switches = [name for name, value in _leaves(key.split(".", 1)[0]) if isinstance(value, bool)]
+    return ["true", "false"] if key in switches else []
+
+
+def _keys(group: str) -> list[str]:
+    return sorted({name for name, _ in _leaves(group)})
+
+
+def _leaves(group: str) -> Iterator[tuple[str, object]]:
+    for path in sorted((_CONF_DIR / group).glob("*.yaml")):
+        content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        stack = [(group, content)]
+        while stack:
+            prefix, node = stack.pop()
+            if isinstance(node, dict):
+                stack += [(f"{prefix}.{key}", child) for key, child in node.items()]
+            else:
+                yield prefix, node
+
+
+Overrides = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[OVERRIDES]...",
+        help="Hydra overrides: group=option or group.key=value.",
+        autocompletion=complete_override,
+        show_default=False,
+    ),
+]
+
+ConfigDir = Annotated[
+    Path | None,
+    typer.Option(
+        "--config-dir",
+        exists=True,
+        file_okay=False,
+        help="A folder with your own configuration groups and options.",
+        show_default=False,
+    ),
+]
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")]

@@ -1,0 +1,44 @@
+"""``graspbench paper``: the thesis' experiments, by name."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graspbench.cli.arguments import ConfigDir, Json
+from graspbench.errors import ConfigurationError
+
+_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study")
+
+
+def _complete(incomplete: str) -> list[str]:
+    return [name for name in _NAMES if name.startswith(incomplete)]
+
+
+def paper(
+    name: Annotated[str, typer.Argument(help=", ".join(_NAMES), autocompletion=_complete)],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[OVERRIDES]...", help="Hydra overrides of the trials.", show_default=False),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="results/NAME by default.", show_default=False),
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Trials at a time.")] = 1,
+    as_json: Json = False,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Repeat an experiment of the thesis and set its figures beside the thesis' own."""
+    from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.experiment.paper import EXPERIMENTS
+
+    if name not in EXPERIMENTS:
+        raise ConfigurationError(f"unknown experiment '{name}'", remedy=f"choose one of {', '.join(_NAMES)}")
+    done = EXPERIMENTS[name](output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
+    if as_json:
+        print_json({"schema": 1, **done.document})
+        return
+    print_rows(done.rows, title=name)
+    for path in done.files:
+        out.print(f"written   {path}")

@@ -1,0 +1,83 @@
+"""Where a result comes from: code, libraries, machine, time."""
+
+import os
+import platform
+import subprocess
+from datetime import UTC, datetime
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import graspbench
+
+_LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "pybullet",
+    "opencv-python-headless",
+    "trimesh",
+    "pin",
+    "proxsuite",
+    "hydra-core",
+    "mcap",
+)
+
+
+def provenance() -> dict[str, object]:
+    """Return the provenance that every result carries."""
+    return {
+        **_fixed_provenance(),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "process": os.getpid(),
+    }
+
+
+@lru_cache(maxsize=1)
+def _fixed_provenance() -> dict[str, object]:
+    return {
+        "graspbench": _version("graspbench"),
+        "git": _git_state(),
+        "python": platform.python_version(),
+        "libraries": {name: _version(name) for name in _LIBRARIES},
+        "platform": platform.platform(),
+        "cpu": _cpu_name(),
+        "cores": os.cpu_count(),
+    }
+
+
+def _version(distribution: str) -> str | None:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return None
+
+
+def _git_state() -> dict[str, object] | None:
+    """Return commit and cleanliness when the package runs from its own checkout."""
+    root = Path(graspbench.__path__[0]).parent
+    if not (root / ".git").exists():
+        return None
+    try:
+        commit = _git(root, "rev-parse", "HEAD")
+        dirty = bool(_git(root, "status", "--porcelain", "--untracked-files=no"))
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return {"commit": commit, "dirty": dirty}
+
+
+def _git(root: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        ["git", "-C", str(root), *arguments], capture_output=True, text=True, check=True, timeout=10
+    )
+    return done.stdout.strip()
+
+
+def _cpu_name() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

@@ -1,0 +1,51 @@
+"""The real command line, in a process of its own."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Finished:
+    code: int
+    stdout: str
+    stderr: str
+
+    @property
+    def document(self) -> Any:
+        return json.loads(self.stdout)
+
+
+Cli = Callable[..., Finished]
+
+
+@pytest.fixture(scope="session")
+def cli(tmp_path_factory: pytest.TempPathFactory) -> Cli:
+    """Run ``graspbench ARGUMENTS`` in a folder of its own, or in ``cwd``."""
+    anywhere = tmp_path_factory.mktemp("cwd")
+
+    def run(*arguments: object, cwd: Path | None = None) -> Finished:
+        done = subprocess.run(
+            [sys.executable, "-m", "graspbench.cli", *map(str, arguments)],
+            cwd=cwd or anywhere,
+            capture_output=True,
+            text=True,
+            timeout=280,
+            check=False,
+        )
+        return Finished(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def teddy_run(cli: Cli, tmp_path_factory: pytest.TempPathFactory) -> tuple[Finished, Path]:
+    """One whole trial of the default configuration: what it printed, and its results folder."""
+    output = tmp_path_factory.mktemp("teddy") / "results"
+    return cli("run", "--json", "-o", output), output
