@@ -11,6 +11,7 @@ from graspbench.arrays import FloatArray, ImageArray
 
 FloatImage = npt.NDArray[np.float32]
 
+_MOST_SAMPLES = 5000
 _MOST_MODES = 6
 _SMALLEST_SHARE = 0.02
 _MODE_RADIUS = 14.0
@@ -63,7 +64,8 @@ def learn_background(
         darkest_shadow: Fraction of a mode's brightness left in the deepest shadow.
         border_fraction: Width of the border that is looked at, as a fraction of the image's height.
     """
-    samples = np.concatenate([_border(image, border_fraction) for image in images])
+    borders = np.concatenate([_border(image, border_fraction) for image in images])
+    samples = np.ascontiguousarray(borders[:: max(1, len(borders) // _MOST_SAMPLES)])
     pixels = samples.astype(np.float32)
     modes = np.empty((0, 5), dtype=np.float32)
     unexplained = np.ones(len(pixels), dtype=np.bool_)

@@ -20,8 +20,8 @@ class CameraParameters:
 
     width: Annotated[int, Field(ge=32, le=4096, description="Image columns")] = 640
     height: Annotated[int, Field(ge=32, le=4096, description="Image rows")] = 480
-    fx: Annotated[float, Field(gt=0, description="Focal length along u, pixels")] = 600.0
-    fy: Annotated[float, Field(gt=0, description="Focal length along v, pixels")] = 600.0
+    fx: Annotated[float, Field(gt=0, description="Focal length along u, pixels")] = 750.0
+    fy: Annotated[float, Field(gt=0, description="Focal length along v, pixels")] = 750.0
     cx: Annotated[float | None, Field(description="Principal point u, pixels; null = width / 2")] = None
     cy: Annotated[float | None, Field(description="Principal point v, pixels; null = height / 2")] = None
     distortion: Annotated[

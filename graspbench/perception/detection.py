@@ -7,12 +7,12 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import View, look_at
-from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, silhouettes
+from graspbench.perception.silhouette import SilhouetteParameters, silhouettes
 from graspbench.perception.stations import Station, StationParameters
 from graspbench.perception.triangulation import triangulate_centre
 
 _MOST_ROUNDS = 6
-_CENTRED_PX = 1.5
+_SETTLED_M = 1e-3
 _SLANTS_DEG = ((0.0, 0.0), (45.0, 0.0), (45.0, 90.0))
 
 
@@ -22,8 +22,8 @@ def detect_centre(
     """Find the object's centre by blob analysis in wide views.
 
     The camera starts above the table's origin. Each round looks at the present guess from above and
-    from two sides and moves the guess to where the rays through the blobs' centroids meet, until the
-    optical axes themselves pass through the centroids.
+    from two sides and moves the guess to where the rays through the blobs' centroids meet, until it stays
+    there: then the optical axes pass as near to the centroids as one point allows.
 
     Args:
         take: Moves the camera to a station and returns its image.
@@ -55,21 +55,15 @@ def detect_centre(
             origin = found[0].camera.position
             guess = origin - ray * (origin[2] / ray[2])
             continue
-        offsets = [_off_axis_px(silhouette) for silhouette in found]
-        guess = triangulate_centre(found)
-        if max(offsets) < _CENTRED_PX:
+        previous, guess = guess, triangulate_centre(found)
+        moved = float(np.linalg.norm(guess - previous))
+        if moved < _SETTLED_M:
             return guess
     raise StationError(
-        f"the optical axis stays {max(offsets):.1f} pixels off the object after {_MOST_ROUNDS} rounds",
+        f"the optical axis still moves by {1e3 * moved:.1f} mm after {_MOST_ROUNDS} looks at the object",
         remedy="check that the object does not move and that the camera is calibrated",
-        offset_px=max(offsets),
+        moved_m=moved,
     )
-
-
-def _off_axis_px(silhouette: Silhouette) -> float:
-    """Return how far the optical axis passes by the blob's centroid, pixels."""
-    k = silhouette.camera.intrinsics
-    return float(np.linalg.norm(silhouette.centroid - (k.cx, k.cy)))
 
 
 def _wide_station(

@@ -13,12 +13,16 @@ from graspbench.arrays import BoolArray, FloatArray, ImageArray
 from graspbench.errors import ImageError
 from graspbench.perception.background import Background, FloatImage, learn_background
 from graspbench.perception.camera import Camera, View
+from graspbench.perception.coverage import estimate_coverage
 from graspbench.perception.distortion import ideal_view
 
 _COARSENESS = 4
 _CROP_MARGIN = 12
 _FULL_FRACTION = 0.9
-_NEIGHBOURHOOD = 7
+_NOISY = 6.0
+_OUTLINE_BLUR_PX = 0.7
+_DOUBTFUL_FRACTION = 0.05
+_DEEPER_PX = 3
 
 
 @dataclass(frozen=True)
@@ -103,47 +107,51 @@ def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tupl
     )
 
 
-def silhouette_of_mask(
-    station: str, mask: BoolArray, camera: Camera, coverage: FloatImage | None = None
-) -> Silhouette:
+def silhouette_of_mask(station: str, mask: BoolArray, camera: Camera) -> Silhouette:
     """Describe a mask as a silhouette.
 
     Args:
         station: Name of the station.
         mask: True where the object is, shape (height, width), one blob.
         camera: The camera, without distortion.
-        coverage: Fraction of each pixel covered, shape (height, width); from the mask if None.
 
     Raises:
         ImageError: The mask is empty, full, or touches the border.
     """
     height, width = mask.shape
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return _describe(station, mask, (0, height, 0, width), mask.astype(np.float32), camera)
+
+
+def _describe(
+    station: str, inside: BoolArray, window: tuple[int, int, int, int], coverage: FloatImage, camera: Camera
+) -> Silhouette:
+    """Describe a mask and its coverage, given on a window of the image, as a silhouette."""
+    height, width = camera.intrinsics.height, camera.intrinsics.width
+    per_row, per_column = inside.sum(axis=1), inside.sum(axis=0)
+    rows, columns = np.flatnonzero(per_row), np.flatnonzero(per_column)
     if len(rows) == 0:
         raise _empty(station)
-    top, bottom, left, right = int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
-    inner = mask[top:bottom, left:right]
-    if inner.sum() > _FULL_FRACTION * mask.size:
+    area = float(per_row.sum())
+    if area > _FULL_FRACTION * height * width:
         raise _full(station)
+    top, bottom = window[0] + int(rows[0]), window[0] + int(rows[-1]) + 1
+    left, right = window[2] + int(columns[0]), window[2] + int(columns[-1]) + 1
     if top == 0 or left == 0 or bottom == height or right == width:
         raise ImageError(
             f"the object touches the image border at station {station}",
             remedy="move the stations further away, or use a wider lens (camera.fx, camera.fy)",
             station=station,
         )
-    per_column, per_row = inner.sum(axis=0), inner.sum(axis=1)
-    area = float(per_row.sum())
+    mask = np.zeros((height, width), dtype=np.bool_)
+    mask[window[0] : window[1], window[2] : window[3]] = inside
     centroid = np.array(
         (
-            left + 0.5 + float(per_column @ np.arange(right - left)) / area,
-            top + 0.5 + float(per_row @ np.arange(bottom - top)) / area,
+            window[2] + 0.5 + float(per_column @ np.arange(len(per_column))) / area,
+            window[0] + 0.5 + float(per_row @ np.arange(len(per_row))) / area,
         )
     )
-    window = (max(top - 2, 0), min(bottom + 2, height), max(left - 2, 0), min(right + 2, width))
-    cut = (slice(window[0], window[1]), slice(window[2], window[3]))
-    share = mask[cut].astype(np.float32) if coverage is None else np.ascontiguousarray(coverage[cut])
     box = (float(left), float(top), float(right), float(bottom))
-    return Silhouette(station, mask, box, centroid, camera, window, share)
+    return Silhouette(station, mask, box, centroid, camera, window, coverage)
 
 
 def _silhouette(
@@ -153,22 +161,36 @@ def _silhouette(
     station = view.station
     height, width = view.image.shape[:2]
     top, bottom, left, right = _locate(station, coarse, background, parameters)
-    rows = slice(max(top - _CROP_MARGIN, 0), min(bottom + _CROP_MARGIN, height))
-    columns = slice(max(left - _CROP_MARGIN, 0), min(right + _CROP_MARGIN, width))
+    window = (
+        max(top - _CROP_MARGIN, 0),
+        min(bottom + _CROP_MARGIN, height),
+        max(left - _CROP_MARGIN, 0),
+        min(right + _CROP_MARGIN, width),
+    )
+    crop = np.ascontiguousarray(view.image[window[0] : window[1], window[2] : window[3]])
+    calm = cv2.medianBlur(crop, 3)
+    blob = _blob(station, background.distance(calm), background.noise, parameters)
+    noisy = float(background.distance(crop[::3, ::3])[~blob[::3, ::3]].mean()) > _NOISY
+    coverage = estimate_coverage(calm if noisy else crop, blob)
+    # Smoothing settles the pixels that are covered by half along the outline they belong to.
+    outline = cv2.GaussianBlur(coverage, (5, 5), _OUTLINE_BLUR_PX) >= 0.5
+    inside = _largest_blob(outline.astype(np.uint8))
+    return _describe(station, blob if inside is None else inside, window, coverage, view.camera)
 
-    crop = np.ascontiguousarray(view.image[rows, columns])
-    distance = background.distance(cv2.medianBlur(crop, 3))
-    threshold = _threshold(distance, background.noise, parameters)
-    inside = _largest_blob(_clean((distance > threshold).astype(np.uint8), parameters))
-    if inside is None:
+
+def _blob(station: str, distance: FloatImage, noise: float, parameters: SilhouetteParameters) -> BoolArray:
+    """Return the object as the largest blob of colours far from the background."""
+    threshold = _threshold(distance, noise, parameters)
+    mask = _clean((distance > threshold).astype(np.uint8), parameters)
+    blob = _largest_blob(mask)
+    if blob is None:
         raise _empty(station)
-    if parameters.fill_holes:
-        inside = _fill_holes(inside)
-    mask = np.zeros((height, width), dtype=np.bool_)
-    mask[rows, columns] = inside
-    coverage = np.zeros((height, width), dtype=np.float32)
-    coverage[rows, columns] = _coverage(background.distance(crop), inside)
-    return silhouette_of_mask(station, mask, view.camera, coverage)
+    # Where object and background look alike the outline is ragged: close deeper bays.
+    if float(np.mean(distance[blob] < 1.5 * threshold)) > _DOUBTFUL_FRACTION:
+        blob = cv2.morphologyEx(
+            blob.astype(np.uint8), cv2.MORPH_CLOSE, _disc(parameters.dilation_px + _DEEPER_PX)
+        ).astype(np.bool_)
+    return _fill_holes(blob) if parameters.fill_holes else blob
 
 
 def _locate(
@@ -219,10 +241,11 @@ def _disc(radius: int) -> npt.NDArray[np.uint8]:
 
 def _largest_blob(mask: npt.NDArray[np.uint8]) -> BoolArray | None:
     """Keep the largest connected blob."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    count, labels = cv2.connectedComponents(mask, connectivity=4, ltype=cv2.CV_16U)
     if count < 2:
         return None
-    blob: BoolArray = labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    largest = 1 if count == 2 else 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    blob: BoolArray = labels == largest
     return blob
 
 
@@ -232,23 +255,6 @@ def _fill_holes(mask: BoolArray) -> BoolArray:
     cv2.floodFill(outside, None, (0, 0), 2, flags=4)
     filled: BoolArray = outside[1:-1, 1:-1] != 2
     return filled
-
-
-def _coverage(distance: FloatImage, inside: BoolArray) -> FloatImage:
-    """Estimate how much of each border pixel the object covers.
-
-    A pixel that both share has a colour in between, and the distance to the background's brightness
-    line grows linearly with the object's share; so it is divided by the object's own distance nearby.
-    """
-    solid = cv2.erode(inside.astype(np.uint8), _disc(1))
-    kernel = (_NEIGHBOURHOOD, _NEIGHBOURHOOD)
-    weight = cv2.boxFilter(solid.astype(np.float32), -1, kernel, normalize=False)
-    total = cv2.boxFilter(np.where(solid > 0, distance, np.float32(0.0)), -1, kernel, normalize=False)
-    share = np.clip(distance * weight / np.maximum(total, np.float32(1e-3)), 0.0, 1.0)
-    near = cv2.dilate(inside.astype(np.uint8), _disc(1)).astype(np.bool_) & (weight > 0)
-    estimated = np.where(near, share, inside.astype(np.float32))
-    coverage: FloatImage = np.where(solid > 0, np.float32(1.0), estimated).astype(np.float32)
-    return coverage
 
 
 def _shrink(image: ImageArray) -> ImageArray:

@@ -29,7 +29,7 @@ class StationParameters:
 
     top: Annotated[bool, Field(description="Whether there is a top view")] = True
     top_distance_m: Annotated[
-        float, Field(gt=0, description="Distance of the top view and of the wide views from the object, m")
+        float, Field(gt=0, description="Distance of the top view from the centre, m")
     ] = 0.5
     outer: Annotated[Ring, Field(description="The ring nearer to the horizon")] = field(
         default_factory=lambda: Ring(8, 0.45, 65.0)

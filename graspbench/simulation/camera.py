@@ -1,5 +1,6 @@
 """PyBullet's camera as an exact pinhole, for the software renderer and for OpenGL."""
 
+import ctypes
 import os
 import sys
 import tempfile
@@ -239,12 +240,15 @@ def _load_egl(client: int) -> int:
 @contextmanager
 def _silent_output() -> Iterator[None]:
     """Keep PyBullet's C++ code from writing to the process' standard output."""
+    c_library = ctypes.CDLL(None)
     sys.stdout.flush()
+    c_library.fflush(None)
     kept = os.dup(1)
     try:
         with open(os.devnull, "wb") as nowhere:
             os.dup2(nowhere.fileno(), 1)
         yield
     finally:
+        c_library.fflush(None)
         os.dup2(kept, 1)
         os.close(kept)

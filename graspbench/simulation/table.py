@@ -167,31 +167,44 @@ def _draw(
     out: ImageArray,
 ) -> None:
     """Look up where each pixel's ray meets the table, between the four nearest texels."""
-    m, last = pixel_to_direction, texture.shape[0] - 1
-    offset = texture.shape[0] / 2.0 - 0.5
+    m, last = pixel_to_direction, np.float32(texture.shape[0] - 1)
+    height = origin[2] * texels_per_m
+    # Texel coordinates of the ray's foot are ratios of functions linear in u.
+    shift_x = origin[0] * texels_per_m + texture.shape[0] / 2.0 - 0.5
+    shift_y = origin[1] * texels_per_m + texture.shape[0] / 2.0 - 0.5
+    step_x, step_y = np.float32(height * m[0, 0]), np.float32(height * m[1, 0])
+    step_z = np.float32(-m[2, 0])
+    origin_x, origin_y = np.float32(shift_x), np.float32(shift_y)
+    one, half, levels = np.float32(1.0), np.float32(0.5), np.float32(65536.0)
     for r in range(out.shape[0]):
+        v = r + 0.5
+        start_x = np.float32(height * (m[0, 1] * v + m[0, 2]))
+        start_y = np.float32(height * (m[1, 1] * v + m[1, 2]))
+        start_z = np.float32(-(m[2, 1] * v + m[2, 2]))
         for c in range(out.shape[1]):
-            u, v = c + 0.5, r + 0.5
-            down = -(m[2, 0] * u + m[2, 1] * v + m[2, 2])
-            inside = False
-            if down > 1e-9:
-                t = origin[2] / down
-                x = (origin[0] + t * (m[0, 0] * u + m[0, 1] * v + m[0, 2])) * texels_per_m + offset
-                y = (origin[1] + t * (m[1, 0] * u + m[1, 1] * v + m[1, 2])) * texels_per_m + offset
-                inside = 0.0 <= x < last and 0.0 <= y < last
-            if inside:
-                j, i = int(x), int(y)
-                a, b = np.float32(x - j), np.float32(y - i)
-                p, q = np.float32(1.0) - a, np.float32(1.0) - b
-                w00, w01, w10, w11 = p * q, a * q, p * b, a * b
+            u = np.float32(c) + half
+            down = start_z + step_z * u
+            x = y = np.float32(-1.0)
+            if down > np.float32(1e-6):
+                inverse = one / down
+                x = origin_x + inverse * (start_x + step_x * u)
+                y = origin_y + inverse * (start_y + step_y * u)
+            if x >= 0 and y >= 0 and x < last and y < last:
+                j, i = np.int32(x), np.int32(y)
+                a, b = x - np.float32(j), y - np.float32(i)
+                # Whole-number weights that add up to 2^16 keep the mixing exact and quick.
+                w11 = np.int32(a * b * levels)
+                w01 = np.int32(a * levels) - w11
+                w10 = np.int32(b * levels) - w11
+                w00 = np.int32(65536) - w01 - w10 - w11
                 for k in range(3):
-                    out[r, c, k] = np.uint8(
-                        w00 * texture[i, j, k]
-                        + w01 * texture[i, j + 1, k]
-                        + w10 * texture[i + 1, j, k]
-                        + w11 * texture[i + 1, j + 1, k]
-                        + np.float32(0.5)
+                    mixed = (
+                        w00 * np.int32(texture[i, j, k])
+                        + w01 * np.int32(texture[i, j + 1, k])
+                        + w10 * np.int32(texture[i + 1, j, k])
+                        + w11 * np.int32(texture[i + 1, j + 1, k])
                     )
+                    out[r, c, k] = np.uint8((mixed + 32768) >> 16)
             else:
                 for k in range(3):
                     out[r, c, k] = beyond[k]
