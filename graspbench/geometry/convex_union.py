@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 _WELD_M = 1e-5
 """Edges shorter than this are collapsed: intersections leave slivers that no camera or finger can see."""
 
+_DIRECTIONS = 700
+_HULL_TOLERANCE_M = 2e-4
+
 
 def read_obj_parts(path: Path) -> list[FloatArray]:
     """Return the vertices of each object in a Wavefront file, one array (n, 3) a part.
@@ -96,23 +99,49 @@ def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: float, name: str)
 
 
 def hull_mesh(points: FloatArray) -> trimesh.Trimesh:
-    """Return the convex hull of points, shape (n, 3), as a mesh.
+    """Return the convex hull of points, shape (n, 3), without the vertices that hardly matter.
+
+    Contact dynamics visits every vertex of a convex part in every step. So extreme points in evenly spread
+    directions are taken first, and then those that are left outside by more than two tenths of a millimetre.
 
     Raises:
         MeshError: The points lie in one plane.
     """
     import manifold3d
 
-    hull = manifold3d.Manifold.hull_points(points)
-    if hull.is_empty():
-        raise MeshError("the points of a convex part lie in one plane")
-    return from_manifold(hull)
+    kept = np.arange(len(points))
+    if len(points) > _DIRECTIONS:
+        kept = np.unique(np.argmax(points @ _spread_directions(_DIRECTIONS).T, axis=0))
+    while True:
+        hull = manifold3d.Manifold.hull_points(points[kept])
+        if hull.is_empty():
+            raise MeshError("the points of a convex part lie in one plane")
+        if len(kept) == len(points):
+            return from_manifold(hull)
+        normals, offsets = _face_planes(*manifold_arrays(hull))
+        above = points @ normals.T - offsets
+        furthest = np.argmax(above, axis=0)
+        outside = furthest[above[furthest, np.arange(len(offsets))] > _HULL_TOLERANCE_M]
+        if len(outside) == 0:
+            return from_manifold(hull)
+        kept = np.union1d(kept, outside)
 
 
 def from_manifold(manifold: Any) -> trimesh.Trimesh:
     """Return a manifold3d body as a mesh."""
     vertices, faces = manifold_arrays(manifold)
     return make_mesh(vertices, faces)
+
+
+def to_manifold(vertices: FloatArray, faces: IntArray) -> Any:
+    """Return a closed mesh as a manifold3d body; it is empty when the mesh is not a manifold."""
+    import manifold3d
+
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(
+            np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.uint64)
+        )
+    )
 
 
 def manifold_arrays(manifold: Any) -> tuple[FloatArray, IntArray]:
@@ -122,6 +151,15 @@ def manifold_arrays(manifold: Any) -> tuple[FloatArray, IntArray]:
         np.array(mesh.vert_properties, dtype=np.float64)[:, :3],
         np.array(mesh.tri_verts, dtype=np.int64),
     )
+
+
+def _spread_directions(count: int) -> FloatArray:
+    """Return unit vectors on a Fibonacci lattice, shape (count, 3)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
+    angle = np.pi * (1.0 + np.sqrt(5.0)) * index
+    radius = np.sqrt(1.0 - z * z)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
 def _grown_hull(points: FloatArray, distance_m: float) -> Any:
@@ -134,11 +172,15 @@ def _grown_hull(points: FloatArray, distance_m: float) -> Any:
     return manifold3d.Manifold.hull_points(vertices + distance_m * _vertex_normals(vertices, faces))
 
 
+def _face_planes(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return normals, np.einsum("ij,ij->i", normals, a)
+
+
 def _vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    normals = np.cross(
-        vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
-    )
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals, _ = _face_planes(vertices, faces)
     sums = np.zeros_like(vertices)
     for corner in range(3):
         np.add.at(sums, faces[:, corner], normals)

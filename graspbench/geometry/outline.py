@@ -97,4 +97,5 @@ def _without_repeats(points: FloatArray, closed: bool) -> FloatArray:
     keep = gaps > 1e-7
     if not closed:
         keep[0] = True
-    return points[keep]
+    kept: FloatArray = points[keep]
+    return kept

@@ -47,7 +47,7 @@ def surface_of_revolution(profile: FloatArray, segments: int = SEGMENTS) -> trim
         )
     rings = _rings(profile[1:-1], segments)
     poles = np.array([[0.0, 0.0, profile[0, 1]], [0.0, 0.0, profile[-1, 1]]])
-    return make_mesh(np.concatenate([poles, rings]), _ring_faces(len(profile) - 2, segments))
+    return make_mesh(np.concatenate([poles, rings]), ring_faces(len(profile) - 2, segments))
 
 
 def convex_slices(profile: FloatArray, segments: int = SEGMENTS) -> tuple[trimesh.Trimesh, ...]:
@@ -118,7 +118,8 @@ def _rings(profile: FloatArray, segments: int) -> FloatArray:
     return rings.reshape(-1, 3)
 
 
-def _ring_faces(rings: int, segments: int) -> IntArray:
+def ring_faces(rings: int, segments: int) -> IntArray:
+    """Return the triangles between two poles (vertices 0 below, 1 above) and rings of vertices from 2 on."""
     around = np.arange(segments)
     following = (around + 1) % segments
     bottom, top = 2, 2 + (rings - 1) * segments
