@@ -111,7 +111,7 @@ def hull_mesh(points: FloatArray) -> trimesh.Trimesh:
 
     kept = np.arange(len(points))
     if len(points) > _DIRECTIONS:
-        kept = np.unique(np.argmax(points @ _spread_directions(_DIRECTIONS).T, axis=0))
+        kept = np.unique(np.argmax(_spread_directions(_DIRECTIONS) @ points.T, axis=1))
     while True:
         hull = manifold3d.Manifold.hull_points(points[kept])
         if hull.is_empty():
@@ -119,9 +119,9 @@ def hull_mesh(points: FloatArray) -> trimesh.Trimesh:
         if len(kept) == len(points):
             return from_manifold(hull)
         normals, offsets = _face_planes(*manifold_arrays(hull))
-        above = points @ normals.T - offsets
-        furthest = np.argmax(above, axis=0)
-        outside = furthest[above[furthest, np.arange(len(offsets))] > _HULL_TOLERANCE_M]
+        above = normals @ points.T - offsets[:, None]
+        furthest = np.argmax(above, axis=1)
+        outside = furthest[above[np.arange(len(offsets)), furthest] > _HULL_TOLERANCE_M]
         if len(outside) == 0:
             return from_manifold(hull)
         kept = np.union1d(kept, outside)
