@@ -117,7 +117,9 @@ def sphere(radius_m: float, *, towards: FloatArray | None = None, origin: FloatA
     return _chart(SPHERE, rotation, origin, [radius_m], _sphere_box(), "sphere")
 
 
-def cylinder(radius_m: float, *, rotation: FloatArray | None = None, origin: FloatArray | None = None) -> Chart:
+def cylinder(
+    radius_m: float, *, rotation: FloatArray | None = None, origin: FloatArray | None = None
+) -> Chart:
     """Return the cylinder about z of the given frame, by angle u (rad) and height v (m)."""
     _positive(radius_m)
     box = np.array([[-np.pi, np.pi], [-1e3, 1e3]])

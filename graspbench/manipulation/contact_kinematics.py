@@ -176,7 +176,18 @@ class State:
         self.system = system
         self.joints = np.zeros(q)
         self.contact_variables = np.zeros((c, 5))
-        shapes = [(q, 3, 3), (q, 3), (q, 3), (c, 3), (c, 3, 3), (c, 6, q), (c, 3), (c, 3, 2), (c, 3), (c, 3, 2)]
+        shapes = [
+            (q, 3, 3),
+            (q, 3),
+            (q, 3),
+            (c, 3),
+            (c, 3, 3),
+            (c, 6, q),
+            (c, 3),
+            (c, 3, 2),
+            (c, 3),
+            (c, 3, 2),
+        ]
         shapes += [(c, 3), (c, 3, 3), (c, 3), (c, 2, n), (system.rows * c, n), (c,)]
         self.arrays = StateArrays(*(np.zeros(shape) for shape in shapes))
         self.tip_positions = self.arrays.tip_positions
@@ -254,9 +265,7 @@ def contact_columns(system: ManipulationSystem, contact: int) -> IntArray:
     return both[both >= 0]
 
 
-def _columns(
-    contacts: Sequence[Contact], n_joints: int, planar: bool
-) -> tuple[IntArray, IntArray, int]:
+def _columns(contacts: Sequence[Contact], n_joints: int, planar: bool) -> tuple[IntArray, IntArray, int]:
     """Number the free contact variables after the joints."""
     xi = np.full((len(contacts), 2), -1, dtype=np.int64)
     theta = np.full((len(contacts), 3), -1, dtype=np.int64)

@@ -182,7 +182,9 @@ def _xi_rates(
             continue
         for a in range(3):
             spin[a] = (
-                rotation[0, a] * turning[0, k] + rotation[1, a] * turning[1, k] + rotation[2, a] * turning[2, k]
+                rotation[0, a] * turning[0, k]
+                + rotation[1, a] * turning[1, k]
+                + rotation[2, a] * turning[2, k]
             )
         along_u, along_v = 0.0, 0.0
         for a in range(3):

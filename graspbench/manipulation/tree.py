@@ -1,7 +1,7 @@
 """Kinematic trees as arrays: what the compiled kinematics needs of a hand."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,9 @@ class KinematicTree:
         tip_joints: Joint that carries each finger frame, shape (n_tips,).
         tip_rotations: Orientation of the finger frames in the frame of that joint, shape (n_tips, 3, 3).
         tip_translations: Their position there, shape (n_tips, 3), m.
+        lower: Lower joint limits, shape (n_q,), rad; none by default.
+        upper: Upper joint limits, shape (n_q,), rad.
+        velocity_limits: Joint velocity limits, shape (n_q,), rad/s.
     """
 
     parents: IntArray
@@ -33,6 +36,14 @@ class KinematicTree:
     tip_joints: IntArray
     tip_rotations: FloatArray
     tip_translations: FloatArray
+    lower: FloatArray = field(default_factory=lambda: np.zeros(0))
+    upper: FloatArray = field(default_factory=lambda: np.zeros(0))
+    velocity_limits: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        for name, sign in (("lower", -1.0), ("upper", 1.0), ("velocity_limits", 1.0)):
+            if len(getattr(self, name)) != len(self.parents):
+                object.__setattr__(self, name, np.full(len(self.parents), sign * np.inf))
 
     @property
     def n_joints(self) -> int:
@@ -125,4 +136,7 @@ def tree_from_pinocchio(model: Any, frame_names: Sequence[str]) -> KinematicTree
         np.array([frame.parentJoint - 1 for frame in frames], dtype=np.int64),
         np.array([frame.placement.rotation for frame in frames]),
         np.array([frame.placement.translation for frame in frames]),
+        np.array(model.lowerPositionLimit),
+        np.array(model.upperPositionLimit),
+        np.array(model.velocityLimit),
     )

@@ -1,9 +1,10 @@
 """Hands, charts and systems that several test modules share."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
 from graspbench.manipulation import charts
 from graspbench.manipulation.tree import KinematicTree
-from scipy.spatial.transform import Rotation
 
 
 def random_tree(rng, fingers=4, joints=4, shared=1):

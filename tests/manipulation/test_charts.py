@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from graspbench.errors import ConfigurationError, ManipulationError
-from graspbench.manipulation import charts
 from scipy.spatial.transform import Rotation
 
+from graspbench.errors import ConfigurationError, ManipulationError
+from graspbench.manipulation import charts
 from tests.manipulation.cases import CHARTS
 
 STEP = 1e-5

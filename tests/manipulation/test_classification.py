@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from graspbench.manipulation import charts
 from graspbench.manipulation.classification import classify
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
 from graspbench.manipulation.tree import KinematicTree
-from scipy.spatial.transform import Rotation
 
 
 def box_hand(points, normals, kind, joints=3, seed=0):

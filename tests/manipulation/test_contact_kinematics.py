@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation import charts
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, contact_columns
@@ -11,8 +13,6 @@ from graspbench.manipulation.rotations import (
     rotation_matrix,
 )
 from graspbench.manipulation.tree import planar_tree, tree_from_pinocchio
-from scipy.spatial.transform import Rotation
-
 from tests.manipulation.cases import CHARTS, random_tree, turn_between
 
 STEP = 1e-6

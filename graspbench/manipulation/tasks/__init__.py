@@ -1,1 +1,1 @@
-"""TBD."""
+"""Secondary tasks, one a file; each registers itself under the name used in the configuration."""

@@ -1,0 +1,219 @@
+"""Contact forces inside the friction cones: force closure, and their distribution along a motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import ManipulationError
+from graspbench.manipulation.contact_kinematics import State
+
+
+@dataclass(frozen=True)
+class ForceParameters:
+    """How contact forces are distributed."""
+
+    friction: Annotated[float, Field(ge=0, description="Friction coefficient of contacts with friction")] = (
+        0.5
+    )
+    torsion_m: Annotated[
+        float, Field(ge=0, description="Largest torque about the normal of a soft finger per unit force, m")
+    ] = 0.005
+    cone_edges: Annotated[int, Field(ge=3, description="Edges of the pyramid inside a friction cone")] = 8
+    minimum_n: Annotated[float, Field(ge=0, description="Least normal force of a contact, N")] = 0.1
+    maximum_n: Annotated[float, Field(gt=0, description="Largest normal force of a contact, N")] = 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class ContactForces:
+    """Forces of the fingers on the object that balance a load.
+
+    Attributes:
+        forces: Base frame, shape (n_c, 3), N.
+        torsions: Torques about the outward normals, shape (n_c,), N m; 0 but for soft fingers.
+        normal_forces: Pressing into the object, shape (n_c,), N.
+        margins: friction * normal force - tangential force, shape (n_c,), N; for a contact without
+            friction its normal force.
+        smallest_margin: The smallest of them.
+    """
+
+    forces: FloatArray
+    torsions: FloatArray
+    normal_forces: FloatArray
+    margins: FloatArray
+    smallest_margin: float
+
+
+def contact_wrenches(state: State, frictions: Sequence[float], edges: int = 8) -> FloatArray:
+    """Return generators of the contacts' wrench cones about the object's origin, shape (k, rows).
+
+    Args:
+        state: The system, evaluated.
+        frictions: Friction coefficient of each contact.
+        edges: Edges of a friction pyramid; in the plane a cone has two.
+    """
+    system = state.system
+    wrenches = []
+    for i, friction in enumerate(frictions):
+        normal, tangents, lever = contact_frame(state, i)
+        if friction == 0.0:
+            directions = [-normal]
+        elif system.planar:
+            tangent = np.array([-normal[1], normal[0], 0.0])
+            directions = [-normal + friction * tangent, -normal - friction * tangent]
+        else:
+            angles = 2.0 * np.pi * np.arange(edges) / edges
+            directions = [
+                -normal + friction * (np.cos(a) * tangents[:, 0] + np.sin(a) * tangents[:, 1]) for a in angles
+            ]
+        wrenches += [np.concatenate([force, np.cross(lever, force)]) for force in directions]
+    return np.asarray(wrenches)[:, system.arrays.components]
+
+
+def contact_frame(state: State, contact: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return outward normal (3,), tangents (3, 2) and lever from the object's origin (3,), base frame."""
+    rotation = state.object_rotations[contact]
+    normal = rotation @ state.surface_normals[contact]
+    first = rotation @ state.surface_tangents[contact][:, 0]
+    first = first / np.linalg.norm(first)
+    tangents = np.column_stack([first, np.cross(normal, first)])
+    return normal, tangents, rotation @ state.surface_points[contact]
+
+
+def is_force_closure(state: State, frictions: Sequence[float], edges: int = 8) -> bool:
+    """Return whether the contacts can balance every wrench: their cones span the whole space positively.
+
+    That is so iff the generators have full rank and a combination with all coefficients positive
+    vanishes (Murray, Li and Sastry 1994, proposition 5.3).
+    """
+    from scipy.optimize import linprog
+
+    wrenches = contact_wrenches(state, frictions, edges)
+    k, rows = wrenches.shape
+    if np.linalg.matrix_rank(wrenches, tol=1e-9) < rows:
+        return False
+    found = linprog(np.zeros(k), A_eq=wrenches.T, b_eq=np.zeros(rows), bounds=(1.0, None), method="highs")
+    return bool(found.status == 0)
+
+
+class ForceDistribution:
+    """Least squares of the contact forces that balance a load, inside the cones (ProxQP).
+
+    Keeps the solver, so that a motion's many similar problems start warm.
+
+    Args:
+        parameters: Friction, bounds and cone edges.
+    """
+
+    def __init__(self, parameters: ForceParameters) -> None:
+        self.parameters = parameters
+        self._solver: Any = None
+        self._shape: tuple[int, int, int] = (0, 0, 0)
+
+    def __call__(self, state: State, load: FloatArray) -> ContactForces:
+        """Return the smallest forces that balance ``load``.
+
+        Args:
+            state: The system, evaluated.
+            load: Wrench [f; tau] that the fingers have to apply to the object at its origin, base
+                frame, shape (6,), N and N m: inertia less gravity.
+
+        Raises:
+            ManipulationError: No forces inside the cones balance the load.
+        """
+        system, p = state.system, self.parameters
+        frames = [contact_frame(state, i) for i in range(system.n_contacts)]
+        columns, cones, highs, spans = [], [], [], []
+        count = 0
+        for contact, (normal, tangents, lever) in zip(system.contacts, frames, strict=True):
+            own = _directions(contact.kind, normal, tangents, system.planar)
+            wrench = [np.concatenate([force, np.cross(lever, force)]) for force in own]
+            if contact.kind == "soft" and not system.planar:
+                wrench.append(np.concatenate([np.zeros(3), normal]))
+            columns += wrench
+            spans.append(slice(count, count + len(wrench)))
+            count += len(wrench)
+        for contact, span in zip(system.contacts, spans, strict=True):
+            for row, high in self._cone(contact.kind, span.stop - span.start, system.planar):
+                full = np.zeros(count)
+                full[span] = row
+                cones.append(full)
+                highs.append(high)
+        grasp = np.array(columns).T[system.arrays.components]
+        x = self._solve(grasp, load[system.arrays.components], np.array(cones), np.array(highs))
+        return _collect(state, frames, spans, x, p)
+
+    def _cone(self, kind: str, size: int, planar: bool) -> list[tuple[FloatArray, float]]:
+        """Rows a and bounds b of a . x <= b of one contact; x = (normal, tangential ..., torsion)."""
+        p = self.parameters
+        unit = np.eye(size)
+        rows = [(-unit[0], -p.minimum_n), (unit[0], p.maximum_n)]
+        if kind == "frictionless":
+            return rows
+        if planar:
+            return [*rows, (unit[1] - p.friction * unit[0], 0.0), (-unit[1] - p.friction * unit[0], 0.0)]
+        inner = p.friction * np.cos(np.pi / p.cone_edges)
+        for angle in 2.0 * np.pi * np.arange(p.cone_edges) / p.cone_edges:
+            rows.append((np.cos(angle) * unit[1] + np.sin(angle) * unit[2] - inner * unit[0], 0.0))
+        if kind == "soft":
+            rows += [(unit[3] - p.torsion_m * unit[0], 0.0), (-unit[3] - p.torsion_m * unit[0], 0.0)]
+        return rows
+
+    def _solve(self, grasp: FloatArray, load: FloatArray, cones: FloatArray, highs: FloatArray) -> FloatArray:
+        from proxsuite import proxqp
+
+        n, lows = grasp.shape[1], np.full(len(highs), -1e8)
+        shape = (n, len(load), len(highs))
+        data = (np.eye(n), np.zeros(n), grasp, load, cones, lows, highs)
+        if self._solver is None or shape != self._shape:
+            self._solver, self._shape = proxqp.dense.QP(*shape), shape
+            self._solver.settings.eps_abs = 1e-9
+            self._solver.settings.eps_rel = 0.0
+            self._solver.settings.max_iter = 2000
+            self._solver.init(*data)
+        else:
+            self._solver.update(*data)
+        self._solver.solve()
+        if self._solver.results.info.status != proxqp.PROXQP_SOLVED:
+            self._solver = None  # a failed solve must not warm-start the next
+            raise ManipulationError(
+                "no contact forces inside the friction cones balance the load",
+                remedy="raise the friction or the largest force, or move the object more slowly",
+                load=load,
+            )
+        return np.array(self._solver.results.x)
+
+
+def _directions(kind: str, normal: FloatArray, tangents: FloatArray, planar: bool) -> list[FloatArray]:
+    if kind == "frictionless":
+        return [-normal]
+    if planar:
+        return [-normal, np.array([-normal[1], normal[0], 0.0])]
+    return [-normal, tangents[:, 0], tangents[:, 1]]
+
+
+def _collect(
+    state: State,
+    frames: Sequence[tuple[FloatArray, FloatArray, FloatArray]],
+    spans: Sequence[slice],
+    x: FloatArray,
+    p: ForceParameters,
+) -> ContactForces:
+    n, planar = state.system.n_contacts, state.system.planar
+    forces, torsions, normals, margins = np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n)
+    for i, (contact, (normal, tangents, _), span) in enumerate(
+        zip(state.system.contacts, frames, spans, strict=True)
+    ):
+        own = x[span]
+        directions = _directions(contact.kind, normal, tangents, planar)
+        forces[i] = np.sum([f * direction for f, direction in zip(own, directions, strict=False)], axis=0)
+        if contact.kind == "soft" and not planar:
+            torsions[i] = own[3]
+        normals[i] = own[0]
+        friction = 0.0 if contact.kind == "frictionless" else p.friction
+        sideways = float(np.linalg.norm(forces[i] + own[0] * normal))
+        margins[i] = own[0] if friction == 0.0 else friction * own[0] - sideways
+    return ContactForces(forces, torsions, normals, margins, float(margins.min()))
