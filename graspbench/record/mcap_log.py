@@ -190,7 +190,7 @@ class TrialLog:
             return
         spheres, lines = [], []
         for path in paths:
-            spheres += [messages.sphere(point, 0.002, FLOATING) for point in path.floating_points]
+            spheres += [messages.sphere(point, 0.002, FLOATING) for point in path.via]
             lines += [
                 messages.line(path.approach, APPROACH, 0.002),
                 messages.line(path.grasp, GRASP, 0.002),

@@ -118,7 +118,7 @@ def draw_grasp(
     marks = [ball(point, 0.024 * scale, style.CONTACT) for point in grasp.points]
     marks.append(ball(grasp.centroid, 0.028 * scale, style.CENTROID))
     for finger in paths:
-        marks += [ball(point, 0.011 * scale, style.FLOATING) for point in finger.floating_points]
+        marks += [ball(point, 0.011 * scale, style.FLOATING) for point in finger.via]
         marks.append(tube(finger.approach, 0.006 * scale, style.APPROACH))
         marks.append(tube(finger.grasp, 0.008 * scale, style.GRASP))
     ground = float(surface.points[:, 2].min())

@@ -6,15 +6,25 @@ Names are imported on first use, so that reading the scene's parameters does not
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from graspbench.simulation.execution import ExecutionParameters, ExecutionResult
 from graspbench.simulation.scene import SceneParameters
 
 if TYPE_CHECKING:
     from graspbench.simulation.capture import EyeInHand, capture
+    from graspbench.simulation.execute import execute
     from graspbench.simulation.world import World
 
-__all__ = ["EyeInHand", "SceneParameters", "World", "capture"]
+__all__ = [
+    "EyeInHand",
+    "ExecutionParameters",
+    "ExecutionResult",
+    "SceneParameters",
+    "World",
+    "capture",
+    "execute",
+]
 
-_HOMES = {"EyeInHand": "capture", "capture": "capture", "World": "world"}
+_HOMES = {"EyeInHand": "capture", "capture": "capture", "World": "world", "execute": "execute"}
 
 
 def __getattr__(name: str) -> Any:

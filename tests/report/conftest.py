@@ -50,7 +50,7 @@ def paths(trial):
     share = np.linspace(1.0, 0.0, 20)[:, None]
     return [
         SimpleNamespace(
-            floating_points=point + normal * 0.02 + share[::5] * [0, 0, 0.03],
+            via=point + normal * 0.02 + share[::5] * [0, 0, 0.03],
             approach=point + normal * 0.02 + share * [0, 0, 0.03],
             grasp=point + normal * 0.02 * share,
         )

@@ -1,0 +1,282 @@
+"""The hand in the physics simulation: driven by positions, then by torques; felt by its contacts."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pybullet
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import HandError
+from graspbench.hand.model import HandModel
+from graspbench.simulation.execution import ExecutionParameters
+from graspbench.simulation.shapes import quaternion_of
+from graspbench.simulation.world import World
+from graspbench.simulation.wrist import WRIST_JOINTS, mounted_urdf, wrist_coordinates
+
+_WRIST_FORCE = 1e4
+_POSITION_GAIN = 0.3
+
+
+@dataclass(frozen=True)
+class Touch:
+    """One finger's contact with the object.
+
+    Attributes:
+        force_n: Sum of the normal forces.
+        point: Their centre of pressure in the world, shape (3,).
+        normal: Mean direction of the normals, pointing INTO the object, shape (3,).
+        by_tip: Whether the fingertip itself touches, not only a link behind it.
+    """
+
+    force_n: float
+    point: FloatArray
+    normal: FloatArray
+    by_tip: bool
+
+
+class SimulatedHand:
+    """A hand with a driven six-joint wrist in a world.
+
+    Args:
+        world: The world, with the object at rest.
+        hand: The hand model.
+        transform_palm_to_world: Where the hand appears first, shape (4, 4).
+        joints: Its first joint positions, shape (n_q,).
+        tilt_axis: World direction, shape (3,), about which the wrist can turn without limit.
+        parameters: Friction and control.
+
+    Raises:
+        HandError: PyBullet cannot load the hand, or lacks one of its joints.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        hand: HandModel,
+        transform_palm_to_world: FloatArray,
+        joints: FloatArray,
+        tilt_axis: FloatArray,
+        parameters: ExecutionParameters,
+    ) -> None:
+        self.world = world
+        self.hand = hand
+        self._client = world.client
+        self._root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
+        root = transform_palm_to_world @ self._root_to_palm
+        self._base = np.eye(4)
+        self._base[:3, :3] = _frame_along(tilt_axis)
+        self._base[:3, 3] = root[:3, 3]
+        self._wrist_to_root = np.eye(4)
+        self._wrist_to_root[:3, :3] = root[:3, :3].T @ self._base[:3, :3]
+        self.body = self._load(self._wrist_to_root[:3, :3].T)
+        ids, links = self._names()
+        self._wrist_ids = [ids[name] for name in WRIST_JOINTS]
+        self._joint_ids = self._find(hand.joint_names, ids)
+        self._palm_id = links.get(hand.palm_link, -1)
+        self._finger_of_link = self._assign_links(links, ids)
+        self._wrist_goal = np.zeros(6)
+        self._set_friction(parameters)
+        self._reset(transform_palm_to_world, joints)
+
+    def drive_wrist(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
+        """Set the wrist's goal for the end of the next step; its motors reach it."""
+        pose = self._wrist_pose(transform_palm_to_world)
+        goal = wrist_coordinates(pose)
+        goal[3:] += 2 * np.pi * np.round((self._wrist_goal[3:] - goal[3:]) / (2 * np.pi))
+        speed = (goal - self._wrist_goal) / time_step_s
+        self._wrist_goal = goal
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._wrist_ids,
+            pybullet.POSITION_CONTROL,
+            targetPositions=goal.tolist(),
+            targetVelocities=speed.tolist(),
+            forces=[_WRIST_FORCE] * 6,
+            positionGains=[_POSITION_GAIN] * 6,
+            velocityGains=[1.0] * 6,
+            physicsClientId=self._client,
+        )
+
+    def drive_joints(self, positions: FloatArray, velocities: FloatArray) -> None:
+        """Drive the fingers to positions, shape (n_q,), within their torque limits."""
+        n = len(self._joint_ids)
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.POSITION_CONTROL,
+            targetPositions=positions.tolist(),
+            targetVelocities=velocities.tolist(),
+            forces=self.hand.effort_limits.tolist(),
+            positionGains=[_POSITION_GAIN] * n,
+            velocityGains=[1.0] * n,
+            physicsClientId=self._client,
+        )
+
+    def release_motors(self) -> None:
+        """Switch the fingers' motors off; torques move them from now on."""
+        n = len(self._joint_ids)
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.VELOCITY_CONTROL,
+            forces=[0.0] * n,
+            physicsClientId=self._client,
+        )
+
+    def apply_torques(self, torques: FloatArray) -> None:
+        """Apply joint torques, shape (n_q,), for the next step, cut at the limits."""
+        limited = np.clip(torques, -self.hand.effort_limits, self.hand.effort_limits)
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.TORQUE_CONTROL,
+            forces=limited.tolist(),
+            physicsClientId=self._client,
+        )
+
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Return joint positions and velocities, each shape (n_q,)."""
+        states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)
+        return np.array([s[0] for s in states]), np.array([s[1] for s in states])
+
+    def palm_pose(self) -> FloatArray:
+        """Return transform_palm_to_world, shape (4, 4), from the wrist's real joints."""
+        states = pybullet.getJointStates(self.body, self._wrist_ids, physicsClientId=self._client)
+        q = np.array([s[0] for s in states])
+        wrist = np.eye(4)
+        wrist[:3, 3] = q[:3]
+        wrist[:3, :3] = _rotation_xyz(q[3:])
+        pose: FloatArray = (
+            self._base @ wrist @ np.linalg.inv(self._wrist_to_root) @ self.hand.transform_palm_to_root
+        )
+        return pose
+
+    def touches(self, least_force_n: float) -> tuple[Touch | None, ...]:
+        """Return every finger's contact with the object, None where the force is too small."""
+        found = pybullet.getContactPoints(self.world.object_id, self.body, physicsClientId=self._client)
+        sums: list[list[tuple[float, tuple[float, ...], tuple[float, ...], bool]]] = [
+            [] for _ in self.hand.finger_names
+        ]
+        for contact in found:
+            owner = self._finger_of_link.get(contact[4])
+            if owner is not None and contact[9] > 0.0:
+                sums[owner[0]].append((contact[9], contact[6], contact[7], owner[1]))
+        return tuple(_touch(parts, least_force_n) for parts in sums)
+
+    def _load(self, rotation_root_to_wrist: FloatArray) -> int:
+        with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
+            path = Path(folder) / "hand.urdf"
+            path.write_text(mounted_urdf(self.hand, rotation_root_to_wrist), encoding="utf-8")
+            try:
+                body: int = pybullet.loadURDF(
+                    str(path),
+                    basePosition=self._base[:3, 3].tolist(),
+                    baseOrientation=quaternion_of(self._base),
+                    useFixedBase=True,
+                    flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                    physicsClientId=self._client,
+                )
+            except pybullet.error as error:
+                raise HandError(
+                    f"PyBullet cannot load the hand '{self.hand.name}' from '{self.hand.urdf_path}'",
+                    remedy="check its meshes and its tree of links",
+                ) from error
+        return body
+
+    def _names(self) -> tuple[dict[str, int], dict[str, int]]:
+        joints, links = {}, {}
+        for i in range(pybullet.getNumJoints(self.body, physicsClientId=self._client)):
+            info = pybullet.getJointInfo(self.body, i, physicsClientId=self._client)
+            joints[info[1].decode()] = i
+            links[info[12].decode()] = i
+        return joints, links
+
+    def _find(self, names: tuple[str, ...], ids: dict[str, int]) -> list[int]:
+        missing = [name for name in names if name not in ids]
+        if missing:
+            raise HandError(f"PyBullet's hand '{self.hand.name}' has no joint '{missing[0]}'")
+        return [ids[name] for name in names]
+
+    def _assign_links(self, links: dict[str, int], ids: dict[str, int]) -> dict[int, tuple[int, bool]]:
+        """Map every link of a used finger to the finger, and whether it is its tip."""
+        parent = {
+            i: pybullet.getJointInfo(self.body, i, physicsClientId=self._client)[16] for i in ids.values()
+        }
+        owners: dict[int, tuple[int, bool]] = {}
+        for f, tip_link in enumerate(self.hand.tip_links):
+            moved = {self._joint_ids[j] for j in self.hand.finger_joints(f)}
+            link = links[tip_link]
+            shaped = bool(pybullet.getCollisionShapeData(self.body, link, physicsClientId=self._client))
+            owners[link] = (f, True)
+            while link not in moved:
+                link = parent[link]
+                owners[link] = (f, not shaped)  # a bare frame's body is the one that it is fixed to
+            while link in moved or parent[link] in moved:
+                owners.setdefault(link, (f, False))
+                link = parent[link]
+        return owners
+
+    def _set_friction(self, parameters: ExecutionParameters) -> None:
+        # Bullet multiplies the two bodies' coefficients.
+        friction = parameters.friction / max(self.world.object_model.friction, 1e-6)
+        for link in self._finger_of_link:
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                lateralFriction=friction,
+                spinningFriction=parameters.torsional_friction_m,
+                rollingFriction=0.0,
+                restitution=0.0,
+                jointDamping=0.0,
+                physicsClientId=self._client,
+            )
+
+    def _reset(self, transform_palm_to_world: FloatArray, joints: FloatArray) -> None:
+        self._wrist_goal = wrist_coordinates(self._wrist_pose(transform_palm_to_world))
+        ids, values = [*self._wrist_ids, *self._joint_ids], [*self._wrist_goal, *joints]
+        for i, value in zip(ids, values, strict=True):
+            pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        self.drive_joints(joints, np.zeros(len(joints)))
+
+    def _wrist_pose(self, transform_palm_to_world: FloatArray) -> FloatArray:
+        root = transform_palm_to_world @ self._root_to_palm
+        pose: FloatArray = np.linalg.inv(self._base) @ root @ self._wrist_to_root
+        return pose
+
+
+def _touch(
+    parts: list[tuple[float, tuple[float, ...], tuple[float, ...], bool]], least_force_n: float
+) -> Touch | None:
+    if not parts:
+        return None
+    tips = [part for part in parts if part[3]]
+    use = tips or parts
+    forces = np.array([part[0] for part in use])
+    total = float(forces.sum())
+    if total < least_force_n:
+        return None
+    normal = forces @ np.array([part[2] for part in use])
+    normal /= max(float(np.linalg.norm(normal)), 1e-12)
+    return Touch(total, forces @ np.array([part[1] for part in use]) / total, normal, bool(tips))
+
+
+def _frame_along(axis: FloatArray) -> FloatArray:
+    """Return a rotation whose first column is a direction, shape (3, 3)."""
+    x = axis / np.linalg.norm(axis)
+    y = np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x)
+    y /= np.linalg.norm(y)
+    return np.column_stack((x, y, np.cross(x, y)))
+
+
+def _rotation_xyz(angles: FloatArray) -> FloatArray:
+    """Return R_x R_y R_z, shape (3, 3)."""
+    (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            [b * c, -b * sc, sb],
+            [a * sc + sa * sb * c, a * c - sa * sb * sc, -sa * b],
+            [sa * sc - a * sb * c, sa * c + a * sb * sc, a * b],
+        ]
+    )
