@@ -7,13 +7,15 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from graspbench.arrays import FloatArray, ImageArray
+from graspbench.arrays import BoolArray, FloatArray, ImageArray, IntArray
 
 FloatImage = npt.NDArray[np.float32]
 
 _MOST_SAMPLES = 5000
 _MOST_MODES = 6
 _SMALLEST_SHARE = 0.02
+_SMALLEST_SHARE_OF_ONE = 0.08
+_SMALLEST_SHARE_OF_IMAGES = 0.3
 _MODE_RADIUS = 14.0
 _REFINEMENTS = 4
 
@@ -57,24 +59,44 @@ def learn_background(
     """Learn the background from the borders of one or several images.
 
     Modes are found one after the other: the first is the median colour; each next one is the densest
-    colour among the border's pixels that no mode explains yet.
+    colour among the border's pixels that no mode explains yet. What only few images show at their
+    border, or one image on a small part of it, is an object in the way and no background.
 
     Args:
         images: RGB, shape (h, w, 3) each, small copies will do.
         darkest_shadow: Fraction of a mode's brightness left in the deepest shadow.
         border_fraction: Width of the border that is looked at, as a fraction of the image's height.
     """
-    borders = np.concatenate([_border(image, border_fraction) for image in images])
-    samples = np.ascontiguousarray(borders[:: max(1, len(borders) // _MOST_SAMPLES)])
+    borders = [_border(image, border_fraction) for image in images]
+    step = max(1, sum(map(len, borders)) // _MOST_SAMPLES)
+    samples = np.concatenate([border[::step] for border in borders])
+    source = np.repeat(np.arange(len(borders)), [len(border[::step]) for border in borders])
     pixels = samples.astype(np.float32)
     modes = np.empty((0, 5), dtype=np.float32)
-    unexplained = np.ones(len(pixels), dtype=np.bool_)
-    while len(modes) < _MOST_MODES and unexplained.mean() > (_SMALLEST_SHARE if len(modes) else 0.0):
-        modes = np.vstack((modes, _next_mode(pixels[unexplained], darkest_shadow)))
-        unexplained = _distances(samples, modes) > _MODE_RADIUS
+    explained = np.zeros(len(pixels), dtype=np.bool_)
+    open_ = ~explained
+    for _ in range(_MOST_MODES):
+        if len(modes) and open_.mean() < _SMALLEST_SHARE:
+            break
+        mode = _next_mode(pixels[open_], darkest_shadow)
+        near = open_ & (_distances(samples, mode[None]) <= _MODE_RADIUS)
+        if not len(modes) or _is_common(near, source, len(borders)):
+            modes = np.vstack((modes, mode))
+            explained |= near
+        open_ &= ~near
+        if not near.any():
+            break
     distances = _distances(samples, modes)
-    noise = float(np.percentile(distances[~unexplained] if (~unexplained).any() else distances, 99.0))
+    noise = float(np.percentile(distances[explained] if explained.any() else distances, 99.0))
     return Background(modes, noise, np.median(pixels, axis=0).astype(np.float64))
+
+
+def _is_common(near: BoolArray, source: IntArray, images: int) -> bool:
+    """Tell whether enough of the border, or of several images' borders, shows a colour."""
+    if images == 1:
+        return float(near.mean()) > _SMALLEST_SHARE_OF_ONE
+    shares = np.bincount(source[near], minlength=images) / np.bincount(source, minlength=images)
+    return int(np.count_nonzero(shares > _SMALLEST_SHARE)) >= _SMALLEST_SHARE_OF_IMAGES * images
 
 
 def _next_mode(pixels: FloatImage, darkest_shadow: float) -> FloatImage:

@@ -44,7 +44,7 @@ Row = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class _IntrinsicsEntry:
-    __pydantic_config__ = ConfigDict(extra="forbid")
+    __pydantic_config__ = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     width: Annotated[int, Field(gt=0)]
     height: Annotated[int, Field(gt=0)]
@@ -57,7 +57,7 @@ class _IntrinsicsEntry:
 
 @dataclass(frozen=True)
 class _ViewEntry:
-    __pydantic_config__ = ConfigDict(extra="forbid")
+    __pydantic_config__ = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     station: Annotated[str, Field(min_length=1)]
     file: Annotated[str, Field(min_length=1)]
@@ -67,12 +67,12 @@ class _ViewEntry:
 
 @dataclass(frozen=True)
 class _CameraFile:
-    __pydantic_config__ = ConfigDict(extra="forbid")
+    __pydantic_config__ = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     views: tuple[_ViewEntry, ...]
     intrinsics: _IntrinsicsEntry | None = None
     schema: Literal[1] = 1
-    pixel_centre: Literal[0, 0.5] = 0.5
+    pixel_centre: Annotated[float, Field(ge=0, le=0.5)] = 0.5
 
 
 def save_views(views: Sequence[View], folder: Path | str) -> None:

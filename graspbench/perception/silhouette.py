@@ -175,6 +175,8 @@ def _silhouette(
     # Smoothing settles the pixels that are covered by half along the outline they belong to.
     outline = cv2.GaussianBlur(coverage, (5, 5), _OUTLINE_BLUR_PX) >= 0.5
     inside = _largest_blob(outline.astype(np.uint8))
+    if np.count_nonzero(blob) < parameters.smallest_area_px:
+        raise _empty(station)
     return _describe(station, blob if inside is None else inside, window, coverage, view.camera)
 
 

@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from graspbench.errors import ImageError
+from graspbench.perception import Camera, SilhouetteParameters, StationParameters, View
+from graspbench.perception.detection import detect_centre
+from graspbench.perception.distortion import pixel_centres
+from tests.perception.drawing import INTRINSICS, paint
+
+CENTRES = pixel_centres(640, 480)
+
+
+def photographer(balls, stations):
+    def take(station):
+        stations.append(station)
+        camera = Camera(INTRINSICS, station.transform_camera_to_world)
+        rays = camera.rays(CENTRES)
+        inside = np.zeros(len(CENTRES), bool)
+        for centre, radius in balls:
+            inside |= np.linalg.norm(np.cross(centre - camera.position, rays), axis=1) < radius
+        return View(station.name, paint(inside.reshape(480, 640) * 1.0), camera)
+
+    return take
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0, 0.03), (0.12, -0.08, 0.05), (-0.2, 0.1, 0.1)])
+def test_the_axes_end_on_the_object(centre):
+    stations = []
+    found = detect_centre(
+        photographer([(np.array(centre), 0.04)], stations), StationParameters(), SilhouetteParameters()
+    )
+    np.testing.assert_allclose(found, centre, atol=1e-3)
+    last = Camera(INTRINSICS, stations[-1].transform_camera_to_world)
+    np.testing.assert_allclose(last.project(np.array([centre]))[0], (320, 240), atol=2.0)
+
+
+@pytest.mark.parametrize(
+    ("balls", "message"),
+    [
+        ([((0.8, 0.0, 0.04), 0.04)], "detection pass fails: no object"),
+        ([((0.1, 0.0, 0.04), 0.04), ((-0.1, 0.0, 0.04), 0.04)], "two blobs"),
+    ],
+)
+def test_no_or_several_objects_are_refused(balls, message):
+    balls = [(np.array(centre), radius) for centre, radius in balls]
+    with pytest.raises(ImageError, match=message):
+        detect_centre(photographer(balls, []), StationParameters(), SilhouetteParameters())
