@@ -1,20 +1,21 @@
 """The kinematic barrier: what the hand thinks of the moves on the contours (thesis 3.4.2).
 
-At every contour point of a contact its finger is solved by inverse kinematics, the palm held still. A point that
-brings a joint near its limit, the finger near a singularity, or its links near other fingers, the palm or the
-ground, repels the contact with a force that grows as a hyperbola; a point that the finger cannot touch is no move at all.
+At every contour point of a contact its finger is solved by inverse kinematics, the palm held still. A point
+that brings a joint near its limit, the finger near a singularity, or its links near other fingers, the palm
+or the ground, repels the contact with a force that grows as a hyperbola; a point that the finger cannot
+touch is no move at all.
 """
 
 from dataclasses import dataclass
 from typing import Annotated, Protocol
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.hand.chains import Chains
-from graspbench.hand.collision import ground_clearance, hand_clearance, place_finger, place_hand
+from graspbench.hand.collision import ground_clearance, hand_clearance, place_hand, place_shapes
+from graspbench.hand.compiled import compiled
 from graspbench.hand.kinematics import finger_ik, forward, joint_margin, smallest_singular_value
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
@@ -33,7 +34,8 @@ class BarrierParameters:
     """Where the kinematic barrier begins; it is infinite at the hand's own margins."""
 
     joint_margin: Annotated[
-        float, Field(gt=0, lt=0.5, description="Distance to a joint limit where f_j begins, share of the range")
+        float,
+        Field(gt=0, lt=0.5, description="Distance to a joint limit where f_j begins, share of the range"),
     ] = 0.08
     singular_value_m: Annotated[
         float, Field(gt=0, description="Smallest singular value of the tip Jacobian where f_s begins, m/rad")
@@ -127,65 +129,52 @@ class KinematicBarrier:
             posture: The hand, whose palm stays where it is.
         """
         nodes = contour_nodes(surface, vertices)
-        queries = np.zeros((*nodes.shape, 4))
-        queries[..., 0] = np.inf
+        terms = np.zeros((3, *nodes.shape))
+        reachable = np.zeros(nodes.shape, dtype=np.bool_)
         to_world = posture.transform_palm_to_world
-        rotation, origin = to_world[:3, :3], to_world[:3, 3]
-        flat = nodes[nodes >= 0]
-        centres = surface.points[flat] + self.hand.tip_radius_m * surface.normals[flat]
-        targets = np.zeros((*nodes.shape, 3))
-        targets[nodes >= 0] = (centres - origin) @ rotation
-        ground_offset = -np.inf if self.ground_height_m is None else self.ground_height_m - origin[2]
-        _query(
+        height = -np.inf if self.ground_height_m is None else self.ground_height_m
+        margins, p = self.hand.margins, self.parameters
+        ranges = np.array(
+            [
+                [margins.joint, p.joint_margin],
+                [margins.singular_value_m, p.singular_value_m],
+                [max(margins.hand_m, margins.ground_m), p.clearance_m],
+            ]
+        )
+        self.evaluations += _evaluate(
             self.hand.chains,
             self.hand.shapes,
-            np.asarray(posture.fingers, dtype=np.int64),
+            np.array(posture.fingers, dtype=np.int64),
             self.hand.by_finger(posture.joints),
+            np.ascontiguousarray(to_world[:3]),
+            float(height),
+            self.hand.tip_radius_m,
+            surface.points,
+            surface.normals,
             nodes,
-            targets,
-            np.ascontiguousarray(rotation[2]),
-            float(ground_offset),
-            self.parameters.clearance_m,
-            queries,
+            ranges,
+            p.strength_n,
+            terms,
+            reachable,
         )
-        self.evaluations += len(flat)
-        return self._terms(nodes, queries)
-
-    def _terms(self, nodes: IntArray, queries: FloatArray) -> BarrierValues:
-        margins, p = self.hand.margins, self.parameters
-        error, joint, singular, clearance = (queries[..., a] for a in range(4))
-        least = max(margins.hand_m, margins.ground_m)
-        reachable = (
-            (nodes >= 0)
-            & (error <= REACH_TOLERANCE_M)
-            & (joint > margins.joint)
-            & (singular > margins.singular_value_m)
-            & (clearance > least)
-        )
-        terms = (
-            hyperbolic_barrier(joint, margins.joint, p.joint_margin, p.strength_n),
-            hyperbolic_barrier(singular, margins.singular_value_m, p.singular_value_m, p.strength_n),
-            hyperbolic_barrier(clearance, least, p.clearance_m, p.strength_n),
-        )
-        return BarrierValues(nodes, *(np.where(reachable, term, 0.0) for term in terms), reachable)
+        return BarrierValues(nodes, terms[0], terms[1], terms[2], reachable)
 
 
-def hyperbolic_barrier(value: FloatArray, least: float, safe: float, strength: float) -> FloatArray:
+@compiled
+def hyperbolic_barrier(value: float, least: float, safe: float, strength: float) -> float:
     """Evaluate a hyperbolic barrier: zero from ``safe`` on, ``strength`` half-way, infinite at ``least``.
 
     Args:
-        value: What should stay large: a margin, a singular value, a clearance; any shape.
+        value: What should stay large: a margin, a singular value, a clearance.
         least: Where the barrier is infinite; below, it is infinite too.
         safe: Where it begins.
         strength: Its value half-way between the two.
     """
-    value = np.asarray(value, dtype=np.float64)
-    if safe <= least:
-        return np.where(value > least, 0.0, np.inf)
-    share = (value - least) / (safe - least)
-    with np.errstate(divide="ignore"):
-        grown = strength * (1.0 / np.where(share > 0.0, share, 0.0) - 1.0)
-    return np.where(share >= 1.0, 0.0, grown)
+    if value <= least:
+        return np.inf
+    if value >= safe:
+        return 0.0
+    return strength * ((safe - least) / (value - least) - 1.0)
 
 
 def barrier_force(points: FloatArray, nodes: IntArray, values: FloatArray) -> FloatArray:
@@ -199,59 +188,84 @@ def barrier_force(points: FloatArray, nodes: IntArray, values: FloatArray) -> Fl
     Returns:
         Forces from the contour points towards the contacts, shape (n_f, 3), N.
     """
-    arms = points[nodes[:, :1]] - points[nodes]
-    length = np.linalg.norm(arms, axis=-1)
-    counts = (nodes >= 0) & (length > 0.0)
-    weights = np.where(counts, values / np.where(counts, length, 1.0), 0.0)
-    force: FloatArray = np.einsum("ik,ika->ia", weights, arms)
+    force = np.zeros((len(nodes), 3))
+    _add_repulsions(points, nodes, np.ascontiguousarray(values), force)
     return force
 
 
-@njit(cache=True, nogil=True)
-def _query(
+@compiled
+def _add_repulsions(points: FloatArray, nodes: IntArray, values: FloatArray, force: FloatArray) -> None:
+    for i in range(nodes.shape[0]):
+        for c in range(1, nodes.shape[1]):
+            if nodes[i, c] < 0 or values[i, c] == 0.0:
+                continue
+            length = 0.0
+            for a in range(3):
+                length += (points[nodes[i, 0], a] - points[nodes[i, c], a]) ** 2
+            if length == 0.0:
+                continue
+            length = np.sqrt(length)
+            for a in range(3):
+                force[i, a] += values[i, c] * (points[nodes[i, 0], a] - points[nodes[i, c], a]) / length
+
+
+@compiled
+def _evaluate(
     chains: Chains,
     shapes: Shapes,
     fingers: IntArray,
     joints: FloatArray,
+    palm: FloatArray,
+    ground_height: float,
+    tip_radius: float,
+    points: FloatArray,
+    normals: FloatArray,
     nodes: IntArray,
-    targets: FloatArray,
-    up: FloatArray,
-    ground_offset: float,
-    cap: float,
-    queries: FloatArray,
-) -> None:
-    """Write tip error, joint margin, singular value and clearance of each finger at each of its targets.
+    ranges: FloatArray,
+    strength: float,
+    terms: FloatArray,
+    reachable: BoolArray,
+) -> int:
+    """Write the terms of every contour point, and which are reachable; return the number of points.
 
     Only the asked finger moves; the others, where they are now, are obstacles.
     """
     n_f, width = nodes.shape
     count, most = joints.shape
-    rotations, origins = np.empty((count, most, 3, 3)), np.empty((count, most, 3))
-    tips = np.empty((count, 3))
-    size = shapes.finger.size
-    shape_rotations, shape_centres = np.empty((size, 3, 3)), np.empty((size, 3))
-    place_hand(chains, shapes, joints, rotations, origins, tips, shape_rotations, shape_centres)
+    frames, tips, target = np.empty((count, most, 3, 4)), np.empty((count, 3)), np.empty(3)
+    poses = np.empty((shapes.index.shape[0], 3, 4))
+    place_hand(chains, shapes, joints, frames, tips, poses)
+    evaluated = 0
     for i in range(n_f):
         f = fingers[i]
         n = chains.counts[f]
-        jacobian = np.empty((3, n))
-        solved = np.empty(n)
+        jacobian, solved = np.empty((3, n)), np.empty(n)
         for c in range(width):
-            if nodes[i, c] < 0:
+            node = nodes[i, c]
+            if node < 0:
                 continue
+            evaluated += 1
+            for a in range(3):
+                target[a] = 0.0
+                for b in range(3):
+                    target[a] += palm[b, a] * (points[node, b] + tip_radius * normals[node, b] - palm[b, 3])
             for j in range(n):
                 solved[j] = joints[f, j]
-            queries[i, c, 0] = finger_ik(
-                chains, f, targets[i, c], solved, rotations[f], origins[f], jacobian, _CENTRING
-            )
-            queries[i, c, 1] = joint_margin(chains, f, solved)
-            queries[i, c, 2] = smallest_singular_value(jacobian)
-            place_finger(shapes, f, rotations[f], origins[f], shape_rotations, shape_centres)
-            clearance = hand_clearance(shapes, shape_rotations, shape_centres, f, cap)
-            if ground_offset > -np.inf:
-                clearance = ground_clearance(
-                    shapes, shape_rotations, shape_centres, up, ground_offset, f, clearance
-                )
-            queries[i, c, 3] = clearance
-        forward(chains, f, joints[f], rotations[f], origins[f], tips[f])
-        place_finger(shapes, f, rotations[f], origins[f], shape_rotations, shape_centres)
+            error = finger_ik(chains, f, target, solved, frames[f], jacobian, _CENTRING)
+            if error > REACH_TOLERANCE_M:
+                continue
+            place_shapes(shapes, f, frames[f], poses)
+            clearance = hand_clearance(shapes, poses, f, ranges[2, 1])
+            if ground_height > -np.inf:
+                clearance = ground_clearance(shapes, poses, palm, ground_height, f, clearance)
+            margin = joint_margin(chains, f, solved)
+            singular = smallest_singular_value(jacobian)
+            if margin <= ranges[0, 0] or singular <= ranges[1, 0] or clearance <= ranges[2, 0]:
+                continue
+            reachable[i, c] = True
+            terms[0, i, c] = hyperbolic_barrier(margin, ranges[0, 0], ranges[0, 1], strength)
+            terms[1, i, c] = hyperbolic_barrier(singular, ranges[1, 0], ranges[1, 1], strength)
+            terms[2, i, c] = hyperbolic_barrier(clearance, ranges[2, 0], ranges[2, 1], strength)
+        forward(chains, f, joints[f], frames[f], tips[f])
+        place_shapes(shapes, f, frames[f], poses)
+    return evaluated

@@ -39,8 +39,8 @@ class ConcurrentSurfaces:
     """Surfaces made in a thread of their own; the planner reads the newest one.
 
     The compiled surface dynamics and the compiled planner both leave Python's global lock, so two cores
-    work at the same time. Surfaces that the planner is too slow for are skipped; the first one and the last one,
-    which is at rest, never are.
+    work at the same time. Surfaces that the planner is too slow for are skipped; the first one and the last
+    one, which is at rest, never are.
 
     Args:
         surfaces: Where they come from, lazily; they are made in the other thread.

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray
+from graspbench.hand.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def grip_geometry(points: FloatArray, centroid: FloatArray) -> GripGeometry:
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def fit_plane(points: FloatArray, centroid: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fit the least squares plane of the contacts.
 
@@ -71,7 +71,8 @@ def fit_plane(points: FloatArray, centroid: FloatArray) -> tuple[FloatArray, Flo
         centroid: Shape (3,), used for two contacts only.
 
     Returns:
-        Unit normal, contacts counter-clockwise about it in index order, and the contacts' mean; shape (3,) each.
+        Unit normal, contacts counter-clockwise about it in index order, and the contacts' mean; shape (3,)
+        each.
     """
     n_f = points.shape[0]
     mean = np.zeros(3)
@@ -102,11 +103,13 @@ def fit_plane(points: FloatArray, centroid: FloatArray) -> tuple[FloatArray, Flo
     elif length > 1e-9 * size:
         normal = area / length
     else:
-        normal = _perpendicular(points[1, 0] - points[0, 0], points[1, 1] - points[0, 1], points[1, 2] - points[0, 2])
+        normal = _perpendicular(
+            points[1, 0] - points[0, 0], points[1, 1] - points[0, 1], points[1, 2] - points[0, 2]
+        )
     return normal, mean
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def next_angles(flat: FloatArray, centre: FloatArray, normal: FloatArray, angles: FloatArray) -> None:
     """Measure the angle at ``centre`` from each contact to the next, counter-clockwise about ``normal``.
 
@@ -121,12 +124,16 @@ def next_angles(flat: FloatArray, centre: FloatArray, normal: FloatArray, angles
         j = (i + 1) % n_f
         ax, ay, az = flat[i, 0] - centre[0], flat[i, 1] - centre[1], flat[i, 2] - centre[2]
         bx, by, bz = flat[j, 0] - centre[0], flat[j, 1] - centre[1], flat[j, 2] - centre[2]
-        sine = normal[0] * (ay * bz - az * by) + normal[1] * (az * bx - ax * bz) + normal[2] * (ax * by - ay * bx)
+        sine = (
+            normal[0] * (ay * bz - az * by)
+            + normal[1] * (az * bx - ax * bz)
+            + normal[2] * (ax * by - ay * bx)
+        )
         angle = np.arctan2(sine, ax * bx + ay * by + az * bz)
         angles[i] = angle if angle >= 0.0 else angle + 2.0 * np.pi
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _perpendicular(x: float, y: float, z: float) -> FloatArray:
     """Return some unit vector perpendicular to (x, y, z), always the same one."""
     out = np.zeros(3)
@@ -138,12 +145,13 @@ def _perpendicular(x: float, y: float, z: float) -> FloatArray:
         out[0], out[1] = y, -x
     size = np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
     if size > 0.0:
-        return out / size
+        out /= size
+        return out
     out[2] = 1.0
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _least_scattered_direction(points: FloatArray, mean: FloatArray) -> FloatArray:
     """Return the direction of least scatter: smallest eigenvector of the 3 x 3 scatter (cyclic Jacobi)."""
     matrix = np.zeros((3, 3))
@@ -176,4 +184,5 @@ def _least_scattered_direction(points: FloatArray, mean: FloatArray) -> FloatArr
     for a in range(1, 3):
         if matrix[a, a] < matrix[smallest, smallest]:
             smallest = a
-    return vectors[:, smallest].copy()
+    direction: FloatArray = vectors[:, smallest].copy()
+    return direction

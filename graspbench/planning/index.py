@@ -103,9 +103,10 @@ def contour_nodes(surface: Surface, vertices: IntArray) -> IntArray:
     Returns:
         Shape (n_f, k), column 0 the vertices, short rows filled with -1.
     """
-    contours = [surface.network.contour(int(vertex)) for vertex in vertices]
-    nodes = np.full((len(vertices), 1 + max(map(len, contours))), -1, dtype=np.int64)
+    start = surface.network.contour_start
+    counts = start[vertices + 1] - start[vertices]
+    nodes = np.full((len(vertices), 1 + int(counts.max())), -1, dtype=np.int64)
     nodes[:, 0] = vertices
-    for row, contour in zip(nodes, contours, strict=True):
-        row[1 : 1 + len(contour)] = contour
+    for i, vertex in enumerate(vertices):
+        nodes[i, 1 : 1 + counts[i]] = surface.network.contour_nodes[start[vertex] : start[vertex + 1]]
     return nodes

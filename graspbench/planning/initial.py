@@ -11,7 +11,7 @@ from graspbench.reconstruction.surface import Surface
 _TILTS_DEG = (0.0, 30.0, 60.0, 90.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class InitialGrasp:
     """An equilateral grasp in a plane through the centroid.
 
@@ -49,8 +49,8 @@ def principal_axes(surface: Surface) -> FloatArray:
 def initial_planes(axes: FloatArray) -> FloatArray:
     """Return the normals of the planes to try, best first, shape (n, 3).
 
-    The first is parallel to the two minor axes; the next ones are tilted more and more out of it, ending with the
-    planes of the other pairs of axes.
+    The first is parallel to the two minor axes; the next ones are tilted more and more out of it, ending
+    with the planes of the other pairs of axes.
 
     Args:
         axes: Principal axes as columns, longest first, shape (3, 3).
@@ -63,25 +63,28 @@ def initial_planes(axes: FloatArray) -> FloatArray:
 
 
 def equilateral_vertices(
-    surface: Surface, normal: FloatArray, reference: FloatArray, n_f: int, rotation_rad: float
+    surface: Surface, normal: FloatArray, reference: FloatArray, n_f: int, rotations_rad: FloatArray
 ) -> IntArray:
-    """Return the nodes nearest to an equilateral star of rays in a plane through the centroid.
+    """Return the nodes nearest to equilateral stars of rays in a plane through the centroid.
 
     Args:
         surface: A surface that every ray from the centroid leaves once (an ellipsoid does).
         normal: Unit normal of the plane, shape (3,).
         reference: The first ray, before it is turned, lies along this in the plane, shape (3,).
         n_f: Number of contacts.
-        rotation_rad: Turn of the star, counter-clockwise about the normal.
+        rotations_rad: Turns of the star, counter-clockwise about the normal, shape (r,).
+
+    Returns:
+        Shape (r, n_f).
     """
     first = reference - (reference @ normal) * normal
     first /= np.linalg.norm(first)
     second = np.cross(normal, first)
-    angles = rotation_rad + 2.0 * np.pi * np.arange(n_f) / n_f
-    rays = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second)
+    angles = np.asarray(rotations_rad)[:, None] + 2.0 * np.pi * np.arange(n_f) / n_f
+    rays = np.cos(angles)[..., None] * first + np.sin(angles)[..., None] * second
     arms = surface.points - surface.centroid
-    arms /= np.linalg.norm(arms, axis=1, keepdims=True)
-    vertices: IntArray = np.argmax(arms @ rays.T, axis=0).astype(np.int64)
+    arms = arms / np.sqrt(np.einsum("ij,ij->i", arms, arms))[:, None]
+    vertices: IntArray = np.argmax(rays @ arms.T, axis=-1).astype(np.int64)
     return vertices
 
 
@@ -94,14 +97,15 @@ def initial_grasps(surface: Surface, n_f: int, rotations: int) -> Iterator[tuple
         rotations: Grasps in each plane, evenly turned over 2 pi / n_f.
 
     Yields:
-        The grasps of a plane, ``rotations`` of them, nodes all different.
+        The grasps of a plane, at most ``rotations`` of them, nodes all different.
     """
     axes = principal_axes(surface)
+    turns = 2.0 * np.pi / n_f * np.arange(rotations) / rotations
     for plane, normal in enumerate(initial_planes(axes)):
         reference = axes[:, 2] if abs(axes[:, 2] @ normal) < 0.9 else axes[:, 0]
-        turns = 2.0 * np.pi / n_f * np.arange(rotations) / rotations
-        grasps = (
-            InitialGrasp(equilateral_vertices(surface, normal, reference, n_f, turn), normal, plane, float(turn))
-            for turn in turns
+        found = equilateral_vertices(surface, normal, reference, n_f, turns)
+        yield tuple(
+            InitialGrasp(vertices, normal, plane, float(turn))
+            for vertices, turn in zip(found, turns, strict=True)
+            if len(set(vertices.tolist())) == n_f
         )
-        yield tuple(grasp for grasp in grasps if len(set(grasp.vertices.tolist())) == n_f)

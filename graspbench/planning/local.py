@@ -1,17 +1,17 @@
 """The local planner: grasp and surface take shape together (thesis 3.4)."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import chain
+from itertools import islice
 from time import perf_counter
 from typing import Protocol
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import PlanningError
-from graspbench.grasp.closure import force_closure
+from graspbench.grasp.closure import CLOSURE_TOLERANCE
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import GraspQuality, QualityParameters, grasp_quality
 from graspbench.hand.model import HandModel
@@ -21,8 +21,11 @@ from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.parameters import PlannerParameters
+from graspbench.planning.screen import screen
 from graspbench.planning.track import Placer, Settler, Track, settle
 from graspbench.reconstruction.surface import Surface
+
+NOT_CLOSED = "not force closure"
 
 
 class Checker(Placer, Protocol):
@@ -36,6 +39,14 @@ class Checker(Placer, Protocol):
     @property
     def ground_height_m(self) -> float | None:
         """Height of the ground."""
+        ...
+
+    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
+        """Tell which contacts a fingertip can touch at all."""
+        ...
+
+    def set_object(self, points: FloatArray | None) -> None:
+        """Set the points that palm and links must keep clear of."""
         ...
 
 
@@ -103,10 +114,10 @@ def plan_local(
 ) -> LocalPlan:
     """Plan a grasp while the surface shrinks onto the object.
 
-    The first equilateral grasp is moved on every surface until no finger wants to move. Once the surface is at
-    rest, the further rotations of that first grasp are moved too, and the planes after the first one when none
-    of its rotations ends in a grasp. A local optimum that is not force closure, or that the hand cannot hold, is
-    never a grasp.
+    The first equilateral grasp is moved on every surface until no finger wants to move. Which local optimum
+    it ends in depends on how it was turned, so once the surface is at rest further rotations of it, and
+    further planes, are moved too. A local optimum that is not force closure, or that the hand cannot hold,
+    is never a grasp.
 
     Args:
         surfaces: Snapshots of the reconstruction, an ellipsoid first, one at rest last; taken lazily.
@@ -166,6 +177,8 @@ class _Search:
     ) -> None:
         self._index, self._checker, self._n_f = index, checker, n_f
         self._planner, self._quality = planner, quality
+        if checker is not None:
+            checker.set_object(None)
         self._barrier = (
             None
             if checker is None
@@ -174,11 +187,14 @@ class _Search:
         self._settler = Settler(
             index, self._barrier or FreeMoves(), checker, planner.max_moves, planner.wrist_moves
         )
-        self._planes: list[tuple[InitialGrasp, ...]] = []
+        self._planes: Iterator[tuple[InitialGrasp, ...]] = iter(())
+        self._seen: list[tuple[InitialGrasp, ...]] = []
         self._surfaces: list[Surface] = []
         self._lead = Track(np.empty(0, dtype=np.int64))
         self._lead_initial: InitialGrasp | None = None
         self._feasible = False
+        self._measured: Surface | None = None
+        self._length_m = 1.0
         self.tracks: list[Track] = []
         self.tried = 0
         self.iterations = 0
@@ -195,6 +211,8 @@ class _Search:
         self.iterations += 1
         if self._lead_initial is None:
             self._start(surface)
+        if surface.at_rest and self._checker is not None:
+            self._checker.set_object(surface.points)
         self._feasible = settle(self._lead, surface, self._settler)
 
     def choose(self) -> _Candidate:
@@ -205,22 +223,68 @@ class _Search:
         """
         if self._lead_initial is None:
             raise PlanningError("there was no surface to plan on", remedy="give at least one snapshot")
-        lead, surface = self._lead_initial, self._surfaces[-1]
+        surface = self._surfaces[-1]
         found: list[_Candidate] = []
-        self._judge(self._lead, lead, surface, self._feasible, found)
-        first_only = self._planner.select == "first"
-        planes = [self._planes[lead.plane], *(p for p in self._planes if p and p[0].plane != lead.plane)]
-        for plane in planes:
+        self._judge(self._lead, self._lead_initial, surface, self._feasible, found)
+        if self._planner.select == "first":
+            self._try_in_order(surface, found)
+        else:
+            self._try_best_first(surface, found)
+        if not found:
+            raise self._failure()
+        return max(found, key=lambda candidate: candidate.merit)
+
+    def _try_in_order(self, surface: Surface, found: list[_Candidate]) -> None:
+        """Try one first grasp after the other until one ends in a grasp."""
+        for plane in self._every_plane():
             for initial in plane:
-                if initial is lead or (found and first_only):
-                    continue
-                track = Track(initial.vertices)
-                track.via.append((self._surfaces[0], initial.vertices))
-                feasible = settle(track, surface, self._settler)
-                self._judge(track, initial, surface, feasible, found)
-            if found:
-                return max(found, key=lambda candidate: candidate.merit)
-        raise self._failure()
+                if found:
+                    return
+                if initial is not self._lead_initial:
+                    self._try(surface, initial, [initial.vertices], found)
+
+    def _try_best_first(self, surface: Surface, found: list[_Candidate]) -> None:
+        """Follow all first grasps without the hand, then let the hand try the best local optima."""
+        planes = islice(self._every_plane(), self._planner.planes)
+        starts = [initial for plane in planes for initial in plane]
+        allowed = np.ones(len(surface.points), dtype=np.bool_)
+        if self._checker is not None:
+            allowed = self._checker.vertex_mask(surface.points, surface.normals)
+        optima = screen(
+            self._index, surface, starts, allowed, self._planner.shortlist, self._planner.max_moves
+        )
+        self.tried += len(starts) - len(optima)
+        merits = [self._assess(surface, optimum.vertices)[2] for optimum in optima]
+        feasible = 0
+        for rank in np.argsort([-merit for merit in merits], kind="stable"):
+            if feasible == self._planner.candidates:
+                break
+            optimum = optima[int(rank)]
+            if merits[int(rank)] <= 0.0 and self._planner.select == "quality":
+                self.tried += 1
+                self.rejected[NOT_CLOSED] += 1
+                continue
+            before = len(found)
+            self._try(surface, optimum.initial, list(optimum.path), found)
+            feasible += len(found) - before
+
+    def _every_plane(self) -> Iterator[tuple[InitialGrasp, ...]]:
+        """Yield the first grasps of every plane, those of the leading grasp's plane first."""
+        own = [plane for plane in self._seen if self._lead_initial in plane]
+        others = [plane for plane in self._seen if self._lead_initial not in plane]
+        yield from own
+        yield from others
+        yield from self._planes
+
+    def _try(
+        self, surface: Surface, initial: InitialGrasp, path: list[IntArray], found: list[_Candidate]
+    ) -> None:
+        """Let the hand follow a path, then the index with the hand; keep what is a grasp."""
+        track = Track(path[-1], moves=len(path) - 1, evaluations=len(path))
+        track.via.append((self._surfaces[0], path[0]))
+        track.via.extend((surface, vertices) for vertices in path)
+        feasible = settle(track, surface, self._settler)
+        self._judge(track, initial, surface, feasible, found)
 
     def grasps(self, best: _Candidate) -> tuple[Grasp, tuple[Grasp, ...]]:
         """Return the final grasp and the configurations that led to it."""
@@ -235,16 +299,23 @@ class _Search:
         return grasp, (*history[:-1], grasp)
 
     def _start(self, surface: Surface) -> None:
-        """Choose the first grasp: the best plane with a rotation that the hand can hold, else the best plane."""
-        self._planes = list(initial_grasps(surface, self._n_f, self._planner.rotations))
-        options = list(chain.from_iterable(self._planes))
+        """Choose the first grasp: in the best plane where the hand holds one, else in the best plane."""
+        self._planes = initial_grasps(surface, self._n_f, self._planner.rotations)
+        for plane in self._planes:
+            self._seen.append(plane)
+            for grasp in plane:
+                if self._holds(surface, grasp.vertices):
+                    return self._lead_with(grasp)
+        options = [grasp for plane in self._seen for grasp in plane]
         if not options:
             raise PlanningError(
                 f"the surface has too few nodes for {self._n_f} contacts", remedy="raise surface.nodes"
             )
-        chosen = next((grasp for grasp in options if self._holds(surface, grasp.vertices)), options[0])
-        self._lead_initial = chosen
-        self._lead = Track(chosen.vertices)
+        self._lead_with(options[0])
+
+    def _lead_with(self, grasp: InitialGrasp) -> None:
+        self._lead_initial = grasp
+        self._lead = Track(grasp.vertices)
 
     def _holds(self, surface: Surface, vertices: IntArray) -> bool:
         if self._checker is None:
@@ -262,16 +333,29 @@ class _Search:
             assert self._checker is not None
             self.rejected[self._checker.reason(points, normals)] += 1
             return
-        length = self._quality.torque_length_m(surface.points, surface.centroid)
-        if not force_closure(points, -normals, surface.centroid, self._quality, length):
-            self.rejected["not force closure"] += 1
+        quality, score, merit = self._assess(surface, track.vertices)
+        # The origin is inside the grasp wrench space exactly when a ball around it is.
+        if quality.q3 <= CLOSURE_TOLERANCE:
+            self.rejected[NOT_CLOSED] += 1
             return
-        quality = _quality(points, normals, surface.centroid, self._quality, length)
-        score = self._index.score(surface, track.vertices)
+        found.append(_Candidate(track, initial, quality, score, merit))
+
+    def _assess(self, surface: Surface, vertices: IntArray) -> tuple[GraspQuality, float, float]:
+        """Return a grasp's quality, the index's score, and by what the best grasp is selected."""
+        if surface is not self._measured:
+            self._measured = surface
+            self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
+        quality = _quality(
+            surface.points[vertices],
+            surface.normals[vertices],
+            surface.centroid,
+            self._quality,
+            self._length_m,
+        )
+        score = self._index.score(surface, vertices)
         # The geometric mean does not depend on the units of the three measures.
         by_quality = self._planner.select == "quality"
-        merit = float(np.cbrt(quality.q1 * quality.q2 * quality.q3)) if by_quality else score
-        found.append(_Candidate(track, initial, quality, score, merit))
+        return quality, score, float(np.cbrt(quality.q1 * quality.q2 * quality.q3)) if by_quality else score
 
     def _failure(self) -> PlanningError:
         reasons = ", ".join(f"{reason} ({count} times)" for reason, count in self.rejected.most_common(3))

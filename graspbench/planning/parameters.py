@@ -15,13 +15,20 @@ class PathParameters:
     filter_gain: Annotated[
         float, Field(gt=0, le=1, description="Gain of the spatial low-pass over the via points; 1: no filter")
     ] = 0.5
-    tip_speed_m_s: Annotated[float, Field(gt=0, description="Mean speed of the fastest tip on its way")] = 0.05
-    closing_time_s: Annotated[float, Field(gt=0, description="Time of the last approach along the normal")] = 1.0
+    tip_speed_m_s: Annotated[float, Field(gt=0, description="Mean speed of the fastest tip on its way")] = (
+        0.05
+    )
+    closing_time_s: Annotated[
+        float, Field(gt=0, description="Time of the last approach along the normal")
+    ] = 1.0
     time_step_s: Annotated[float, Field(gt=0, description="Time between two samples of a path")] = 0.005
     retreat_m: Annotated[
-        float, Field(ge=0, description="How far back from its grasp pose the palm starts, against its approach")
+        float,
+        Field(ge=0, description="How far back from its grasp pose the palm starts, against its approach"),
     ] = 0.03
-    tracking_gain: Annotated[float, Field(gt=0, description="Gain of the tip error in the kinematic loop, 1/s")] = 60.0
+    tracking_gain: Annotated[
+        float, Field(gt=0, description="Gain of the tip error in the kinematic loop, 1/s")
+    ] = 60.0
     velocity_share: Annotated[
         float, Field(gt=0, le=1, description="Share of the joint velocity limits that may be used")
     ] = 0.9
@@ -35,19 +42,38 @@ class PlannerParameters:
         Literal["lockstep", "concurrent"],
         Field(description="lockstep: a surface step, then the planner's; concurrent: both at the same time"),
     ] = "lockstep"
-    rotations: Annotated[int, Field(ge=1, description="Rotations of the first equilateral grasp to try")] = 6
+    rotations: Annotated[
+        int, Field(ge=1, description="Rotations of the first equilateral grasp to try in each plane")
+    ] = 6
+    planes: Annotated[
+        int,
+        Field(ge=1, le=11, description="Planes of the first grasp to try when the best grasp is selected"),
+    ] = 11
+    shortlist: Annotated[
+        int, Field(ge=1, description="Local optima that are looked at closely, best by the index")
+    ] = 16
+    candidates: Annotated[
+        int, Field(ge=1, description="Grasps among them, the hand included, to choose the best from")
+    ] = 3
     select: Annotated[
         Literal["first", "index", "quality"],
-        Field(description="Which grasp to keep: first rotation that works, best by the index, or by Q1 Q2 Q3"),
+        Field(
+            description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"
+        ),
     ] = "quality"
-    max_moves: Annotated[int, Field(ge=1, description="Moves on one surface after which the planner gives up")] = 500
+    max_moves: Annotated[
+        int, Field(ge=1, description="Moves on one surface after which the planner gives up")
+    ] = 500
     wrist_moves: Annotated[
         int, Field(ge=1, description="Moves after which the wrist follows the fingers")
     ] = 4
     floating_distance_m: Annotated[
-        float, Field(ge=0, description="Distance delta_f that the tips keep from the surface while they approach")
+        float,
+        Field(ge=0, description="Distance delta_f that the tips keep from the surface while they approach"),
     ] = 0.02
     barrier: Annotated[BarrierParameters, Field(description="The kinematic barrier")] = field(
         default_factory=BarrierParameters
     )
-    paths: Annotated[PathParameters, Field(description="Fingertip paths")] = field(default_factory=PathParameters)
+    paths: Annotated[PathParameters, Field(description="Fingertip paths")] = field(
+        default_factory=PathParameters
+    )

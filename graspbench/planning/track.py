@@ -70,8 +70,8 @@ def settle(track: Track, surface: Surface, settler: Settler) -> bool:
     """Move a grasp on one surface until the index finds no better move that the hand can follow.
 
     The wrist follows every few moves; in between, the barrier tells what the fingers reach with the palm
-    held still. When the wrist cannot follow, the grasp goes back to where it last could, and goes on one checked
-    move at a time. On a surface that is not at rest yet an infeasible grasp is passed on as it is.
+    held still. When the wrist cannot follow, the grasp goes back to where it last could, and goes on one
+    checked move at a time. On a surface that is not at rest yet an infeasible grasp is passed on as it is.
 
     Args:
         track: Changed in place.

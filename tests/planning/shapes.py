@@ -19,7 +19,12 @@ def directions(meridians: int, parallels: int) -> FloatArray:
 
 
 def surface_of(
-    points: FloatArray, meridians: int, parallels: int, *, normals: FloatArray | None = None, at_rest: bool = True
+    points: FloatArray,
+    meridians: int,
+    parallels: int,
+    *,
+    normals: FloatArray | None = None,
+    at_rest: bool = True,
 ) -> Surface:
     """Wrap node positions, normals and centroid from the mesh when not given."""
     network = build_network(meridians, parallels)
@@ -45,7 +50,9 @@ def ellipsoid(
     return surface_of(d * axes, meridians, parallels, normals=normals, at_rest=at_rest)
 
 
-def radial(radius: Callable[[FloatArray], FloatArray], *, meridians: int = 39, parallels: int = 39) -> Surface:
+def radial(
+    radius: Callable[[FloatArray], FloatArray], *, meridians: int = 39, parallels: int = 39
+) -> Surface:
     """Surface at distance ``radius(directions)`` from the origin."""
     d = directions(meridians, parallels)
     return surface_of(d * radius(d)[:, None], meridians, parallels)

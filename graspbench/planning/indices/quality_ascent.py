@@ -1,0 +1,143 @@
+"""Climb a classical quality measure on the contours: the example of how to write an index.
+
+An index is one class in one module of this package, or in any other distribution that declares the entry
+point
+
+    [project.entry-points."graspbench.index"]
+    my_index = "my_package.my_module:MyIndex"
+
+It needs four things, all in this file: a frozen dataclass of parameters with defaults, which becomes the
+configuration group ``index``; a constructor that takes these, the number of fingers and the quality
+parameters; ``propose``, which returns the next contacts or None at a local optimum; and ``score``, which
+the planner ranks local optima by. Which moves are allowed is not the index's business: the hand has decided
+that in ``moves.nodes``.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import ConfigurationError
+from graspbench.planning.index import INDICES, Moves
+from graspbench.reconstruction.surface import Surface
+
+if TYPE_CHECKING:
+    from graspbench.grasp.quality import QualityParameters
+
+_NOT_CLOSED = 1e3
+"""What a grasp that is not force closure loses: more than any measure can make up for."""
+
+
+@dataclass(frozen=True)
+class QualityAscentParameters:
+    """Which quality is climbed: a weighted sum of Q1, Q2 and Q3 (thesis 3.6)."""
+
+    weight_q1: Annotated[float, Field(ge=0, description="Weight of Q1, the smallest singular value")] = 0.0
+    weight_q2: Annotated[float, Field(ge=0, description="Weight of Q2, the volume of the ellipsoid")] = 0.0
+    weight_q3: Annotated[
+        float, Field(ge=0, description="Weight of Q3, the largest resisted perturbation")
+    ] = 1.0
+    pairs: Annotated[
+        bool, Field(description="Once the surface rests, move two contacts together when no single one helps")
+    ] = True
+    centre_tolerance_m: Annotated[
+        float | None,
+        Field(description="Largest distance of the contacts' mean from the centroid; null: any"),
+    ] = None
+
+
+@INDICES.register("quality_ascent")
+class QualityAscent:
+    """Index that takes the move with the highest quality.
+
+    Args:
+        parameters: The weights.
+        n_f: Number of fingers.
+        quality: Contact model and wrench space; None for the defaults.
+
+    Raises:
+        ConfigurationError: All weights are zero.
+    """
+
+    parameters: ClassVar[type[QualityAscentParameters]] = QualityAscentParameters
+
+    def __init__(
+        self, parameters: QualityAscentParameters, n_f: int, quality: "QualityParameters | None" = None
+    ) -> None:
+        from graspbench.grasp.quality import QualityParameters
+
+        self._weights = np.array([parameters.weight_q1, parameters.weight_q2, parameters.weight_q3])
+        if not self._weights.any():
+            raise ConfigurationError(
+                "all weights of the quality ascent are zero", remedy="set index.weight_q3 = 1"
+            )
+        self._parameters = parameters
+        self._quality = quality or QualityParameters()
+        self._surface: Surface | None = None
+        self._length_m = 1.0
+
+    def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
+        """Return the best move of one contact, of two at rest if one does not help, or None."""
+        here = self.score(surface, vertices)
+        sizes = (1, 2) if self._parameters.pairs and surface.at_rest else (1,)
+        for fingers_at_once in sizes:
+            candidates = _candidates(vertices, moves, fingers_at_once)
+            if not len(candidates):
+                continue
+            values = self._values(surface, candidates)
+            best = int(np.argmax(values))
+            # Less than rounding is no progress, and could go in circles.
+            if values[best] > here + 1e-9 * max(1.0, abs(here)):
+                found: IntArray = candidates[best]
+                return found
+        return None
+
+    def score(self, surface: Surface, vertices: IntArray) -> float:
+        """Return the weighted quality; a grasp that is not force closure loses more than it can have."""
+        return float(self._values(surface, vertices[None])[0])
+
+    def _values(self, surface: Surface, candidates: IntArray) -> FloatArray:
+        """Return the weighted quality of many grasps, shape (n,)."""
+        from graspbench.grasp.quality import grasp_quality
+
+        if surface is not self._surface:
+            self._surface = surface
+            self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
+        points, normals = surface.points[candidates], surface.normals[candidates]
+        q = self._quality
+        measured = grasp_quality(
+            points,
+            -normals,
+            surface.centroid,
+            contact=q.contact,
+            wrench_space=q.wrench_space,
+            friction=q.friction,
+            cone_edges=q.cone_edges,
+            torque_length=self._length_m,
+            torsional_friction=q.torsional_friction,
+            norm=q.norm,
+        )
+        values: FloatArray = np.stack(measured, axis=-1) @ self._weights
+        values[measured.q3 <= 0.0] -= _NOT_CLOSED
+        tolerance = self._parameters.centre_tolerance_m
+        if tolerance is not None:
+            away = np.linalg.norm(points.mean(axis=1) - surface.centroid, axis=1) - tolerance
+            values -= np.where(away > 0.0, _NOT_CLOSED * (1.0 + away), 0.0)
+        return values
+
+
+def _candidates(vertices: IntArray, moves: Moves, fingers_at_once: int) -> IntArray:
+    """Return the grasps that moving so many contacts leads to, shape (n, n_f)."""
+    found = []
+    for fingers in combinations(range(len(vertices)), fingers_at_once):
+        options = [moves.nodes[i, 1:][moves.nodes[i, 1:] >= 0] for i in fingers]
+        for nodes in product(*options):
+            grasp = vertices.copy()
+            grasp[list(fingers)] = nodes
+            if len(set(grasp.tolist())) == len(grasp):
+                found.append(grasp)
+    return np.array(found, dtype=np.int64).reshape(-1, len(vertices))
