@@ -10,31 +10,29 @@ from graspbench.errors import HandError
 from graspbench.hand.parameters import FingerDescription
 
 
+LOWER, UPPER, PREFERRED = 0, 1, 2
+
+
 class Chains(NamedTuple):
     """Serial chains of revolute joints, one for each finger, padded to the longest.
 
     Every joint frame is turned so that its joint axis is z; the rotation about z follows the fixed
-    placement in the frame of the joint before it (of the palm, for the first).
+    placement in the frame of the joint before it (of the palm, for the first). Few arrays, because every
+    array passed costs compilation time.
 
     Attributes:
         counts: Number of joints of each finger, shape (f,).
-        rotations: Fixed rotations of the joint frames, shape (f, k, 3, 3).
-        offsets: Origins of the joint frames in the frame before, shape (f, k, 3), m.
-        tips: Tip centres in the last joint frames, shape (f, 3), m.
-        lower: Lower joint limits, shape (f, k), rad.
-        upper: Upper joint limits, shape (f, k), rad.
-        preferred: Preferred joints of a grasp, shape (f, k), rad.
         index: Positions of the joints in the hand's joint vector, shape (f, k).
+        fixed: Fixed placements of the joint frames, rotation and origin side by side, shape (f, k, 3, 4).
+        tips: Tip centres in the last joint frames, shape (f, 3), m.
+        limits: Lower limit, upper limit and preferred position of the joints, shape (f, k, 3), rad.
     """
 
     counts: IntArray
-    rotations: FloatArray
-    offsets: FloatArray
-    tips: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    preferred: FloatArray
     index: IntArray
+    fixed: FloatArray
+    tips: FloatArray
+    limits: FloatArray
 
 
 def extract_chains(
@@ -63,13 +61,10 @@ def extract_chains(
     shape = (len(fingers), count)
     chains = Chains(
         counts=np.array([len(chain) for chain in joints], dtype=np.int64),
-        rotations=np.tile(np.eye(3), (*shape, 1, 1)),
-        offsets=np.zeros((*shape, 3)),
-        tips=np.zeros((len(fingers), 3)),
-        lower=np.zeros(shape),
-        upper=np.zeros(shape),
-        preferred=np.zeros(shape),
         index=np.zeros(shape, dtype=np.int64),
+        fixed=np.tile(np.eye(3, 4), (*shape, 1, 1)),
+        tips=np.zeros((len(fingers), 3)),
+        limits=np.zeros((*shape, 3)),
     )
     frames: dict[int, tuple[int, int, pinocchio.SE3]] = {}
     for f, (finger, chain) in enumerate(zip(fingers, joints, strict=True)):
@@ -83,16 +78,17 @@ def extract_chains(
                 )
             turn = pinocchio.SE3(_align_z(_axis(model, joint, hand)), np.zeros(3))
             placement = before * model.jointPlacements[joint] * turn
-            chains.rotations[f, k], chains.offsets[f, k] = placement.rotation, placement.translation
-            chains.lower[f, k] = model.lowerPositionLimit[model.joints[joint].idx_q]
-            chains.upper[f, k] = model.upperPositionLimit[model.joints[joint].idx_q]
-            chains.index[f, k] = model.joints[joint].idx_q
+            i = model.joints[joint].idx_q
+            chains.fixed[f, k] = placement.homogeneous[:3]
+            chains.limits[f, k, LOWER] = model.lowerPositionLimit[i]
+            chains.limits[f, k, UPPER] = model.upperPositionLimit[i]
+            chains.index[f, k] = i
             frames[joint] = (f, k, turn.inverse())
             before = turn.inverse()
         tip = model.frames[_frame(model, finger.tip, hand)].placement
         chains.tips[f] = (before * tip).translation
-        n = len(chain)
-        chains.preferred[f, :n] = _preferred(finger, chains.lower[f, :n], chains.upper[f, :n], hand)
+        limits = chains.limits[f, : len(chain)]
+        limits[:, PREFERRED] = _preferred(finger, limits[:, LOWER], limits[:, UPPER], hand)
     return chains, frames
 
 

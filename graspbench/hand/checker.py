@@ -6,14 +6,24 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
+from graspbench.hand.chains import PREFERRED
+from graspbench.hand.collision import measure_clearances
+from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import Margins
-from graspbench.hand.placement import Task, make_work
+from graspbench.hand.placement import improve
 from graspbench.hand.posture import HandPosture
-from graspbench.hand.search import attempt, search
+from graspbench.hand.reach import pair_limit
+from graspbench.hand.starts import approach_directions, rank_starts
+from graspbench.hand.task import HEIGHT, Task, make_system
 
 COLD_STARTS = 12
-WRIST_WORKSPACE_SAMPLES = 9
+TIP_TOLERANCE_M = 1e-5
+GOOD_ENOUGH = 0.5
+HOPELESS_COST = 400.0  # tips stay about 2 cm away
+# What is comfortable: joint margin, singular value, clearances to ground, hand and object.
+COMFORT = np.array([0.15, 0.02, 0.01, 0.005, 0.005])
+BITS = np.array([1, 2, 4, 8, 16, 32])
 
 
 class GraspChecker:
@@ -45,8 +55,11 @@ class GraspChecker:
         self._obstacle = np.zeros((0, 3))
         self._assignments: dict[int, IntArray] = {}
         m = self.margins
-        self._margins = np.array([m.ground_m, m.hand_m, m.object_m, m.joint, m.singular_value_m])
+        self._margins = np.array([m.joint, m.singular_value_m, m.ground_m, m.hand_m, m.object_m])
+        height = -np.inf if ground_height_m is None else float(ground_height_m)
+        self._limits = np.array([height, m.ground_m, m.hand_m, m.object_m, 2 * hand.tip_radius_m])
         self._rest = hand.by_finger(hand.rest)
+        self._tips = hand.tip_positions(hand.preferred)
 
     def set_object(self, points: FloatArray | None) -> None:
         """Set the points of the object's surface that palm and links must keep clear of, shape (m, 3)."""
@@ -124,9 +137,8 @@ class GraspChecker:
                 f"{len(points)} contacts for the {self.hand.n_fingers} fingers of hand '{self.hand.name}'",
                 remedy="use more fingers (hand.fingers) or fewer contacts",
             )
-        height = -np.inf if self.ground_height_m is None else float(self.ground_height_m)
-        radius = self.hand.tip_radius_m
-        return Task(points + radius * normals, points, normals, height, self._obstacle, 2 * radius, self._margins)
+        targets = points + self.hand.tip_radius_m * normals
+        return Task(targets, points, normals, self._obstacle, self._limits)
 
     def _choices(self, m: int) -> IntArray:
         """Return the fingers each contact may be given, one row a choice."""
@@ -139,96 +151,82 @@ class GraspChecker:
         return self._assignments[m]
 
     def _cold(self, task: Task) -> tuple[int, HandPosture]:
-        chains = self.hand.chains
-        rotation, translation, joints = np.eye(3), np.zeros(3), np.array(self._rest)
-        contact_of, measured = np.zeros(self.hand.n_fingers, dtype=np.int64), np.zeros(6)
-        bits = search(
-            chains, self.hand.shapes, task, self._choices(len(task.points)), self._rest, self._starts,
-            rotation, translation, joints, contact_of, measured,
+        """Try several starts: the first posture comfortable enough, or the most comfortable one."""
+        grounded = self.ground_height_m is not None
+        poses, fingers = rank_starts(
+            approach_directions(task.points, task.normals, grounded),
+            task.targets, self._choices(len(task.points)), self._tips, task.limits[HEIGHT], self._starts,
         )  # fmt: skip
-        return bits, self._posture(rotation, translation, joints, contact_of, measured)
+        preferred = self.hand.chains.limits[:, :, PREFERRED]
+        best: tuple[bool, float, int, HandPosture] | None = None
+        for pose, chosen in zip(poses, fingers, strict=True):
+            joints = self._rest.copy()
+            joints[chosen] = preferred[chosen]
+            bits, score, posture = self._attempt(task, chosen, np.ascontiguousarray(pose), joints, cold=True)
+            if best is None or (bits == 0, score) > best[:2]:
+                best = (bits == 0, score, bits, posture)
+            if best[0] and best[1] >= GOOD_ENOUGH:
+                break
+        assert best is not None
+        return best[2], best[3]
 
     def _warm(self, task: Task, start: HandPosture) -> HandPosture | None:
         if len(start.fingers) != len(task.points):
             return None
-        rotation = np.ascontiguousarray(start.transform_palm_to_world[:3, :3])
-        translation = np.ascontiguousarray(start.transform_palm_to_world[:3, 3])
-        joints = self.hand.by_finger(start.joints)
-        contact_of = np.full(self.hand.n_fingers, -1, dtype=np.int64)
-        contact_of[list(start.fingers)] = np.arange(len(start.fingers))
-        chains, shapes, measured = self.hand.chains, self.hand.shapes, np.zeros(6)
-        work = make_work(chains, shapes, len(task.obstacle))
-        bits = attempt(
-            chains, shapes, task, contact_of, rotation, translation, joints, work, True, measured
+        pose = np.array(start.transform_palm_to_world[:3])
+        fingers = np.array(start.fingers)
+        bits, _, posture = self._attempt(task, fingers, pose, self.hand.by_finger(start.joints), cold=False)
+        return None if bits else posture
+
+    def _attempt(
+        self, task: Task, fingers: IntArray, pose: FloatArray, joints: FloatArray, *, cold: bool
+    ) -> tuple[int, float, HandPosture]:
+        """Improve one start; return what it fails (bits), its comfort, and the posture."""
+        hand = self.hand
+        system = make_system(hand.chains, hand.shapes, len(task.obstacle))
+        contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
+        contact_of[fingers] = np.arange(len(fingers))
+        if cold:
+            # Reach first: collisions of a posture that is far off say nothing.
+            cost = improve(hand.chains, hand.shapes, task, contact_of, pose, joints, system, False, 10)
+            if cost > HOPELESS_COST:
+                error = float(np.sqrt(cost)) * 1e-3
+                return 1, -error, self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3))
+        improve(
+            hand.chains, hand.shapes, task, contact_of, pose, joints, system, True, 25 if cold else 10
         )
-        return None if bits else self._posture(rotation, translation, joints, contact_of, measured)
+        quantities = self._settle(task, fingers, pose, joints)
+        clearances = np.empty(3)
+        measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
+        measured = np.array([quantities[1], quantities[2], *clearances])
+        failed = np.array([quantities[0] > TIP_TOLERANCE_M, *(measured < self._margins)])
+        score = float(np.min(measured / COMFORT)) if not failed[0] else -float(quantities[0])
+        return int(failed @ BITS), score, self._posture(pose, joints, fingers, quantities, clearances)
+
+    def _settle(self, task: Task, fingers: IntArray, pose: FloatArray, joints: FloatArray) -> FloatArray:
+        """Bring every tip exactly to its target, the wrist at rest; joints change in place.
+
+        Returns:
+            Largest tip error, smallest joint margin, smallest singular value.
+        """
+        chains = self.hand.chains
+        targets = (task.targets - pose[:, 3]) @ pose[:, :3]
+        quantities = np.empty((3, len(fingers)))
+        for i, f in enumerate(fingers):
+            finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[:, i : i + 1])
+        return np.array([quantities[0].max(), quantities[1].min(), quantities[2].min()])
 
     def _posture(
-        self, rotation: FloatArray, translation: FloatArray, joints: FloatArray, contact_of: IntArray,
-        measured: FloatArray,
+        self, pose: FloatArray, joints: FloatArray, fingers: IntArray, quantities: FloatArray, clearances: FloatArray
     ) -> HandPosture:
         transform = np.eye(4)
-        transform[:3, :3], transform[:3, 3] = rotation, translation
-        fingers = np.argsort(np.where(contact_of < 0, len(contact_of), contact_of), kind="stable")
+        transform[:3] = pose
         return HandPosture(
             transform_palm_to_world=transform,
             joints=self.hand.joint_vector(joints),
-            fingers=tuple(int(f) for f in fingers[: int(np.sum(contact_of >= 0))]),
-            tip_error_m=float(measured[0]),
-            joint_margin=float(measured[1]),
-            smallest_singular_value=float(measured[2]),
-            clearance_m=float(min(measured[3], measured[4])),
+            fingers=tuple(int(f) for f in fingers),
+            tip_error_m=float(quantities[0]),
+            joint_margin=float(quantities[1]),
+            smallest_singular_value=float(quantities[2]),
+            clearance_m=float(min(clearances[0], clearances[1])),
         )
-
-
-def pair_limit(hand: HandModel) -> float:
-    """Return a bound of the distance between two contacts that two fingertips can touch at a time, m.
-
-    The tips' workspaces are sampled; what the samples may miss is bounded by the joints' half steps times
-    the reach behind them, so the bound holds for every posture.
-    """
-    chains, n = hand.chains, hand.n_fingers
-    clouds, slack = [], []
-    for f in range(n):
-        k = int(chains.counts[f])
-        count = WRIST_WORKSPACE_SAMPLES if k <= 4 else 5
-        grids = [np.linspace(chains.lower[f, j], chains.upper[f, j], count) for j in range(k)]
-        joints = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, k)
-        clouds.append(_sampled_tips(hand, f, joints))
-        reach = np.array([_reach(hand, f, j) for j in range(k)])
-        half_steps = (chains.upper[f, :k] - chains.lower[f, :k]) / (2 * (count - 1))
-        slack.append(float(reach @ half_steps))
-    limit = 0.0
-    directions = _sphere_directions(400)
-    # Farthest pair through support values; the directions' spacing is covered by 1 / cos of half of it.
-    for f in range(n):
-        for g in range(f):
-            spans = (clouds[f] @ directions.T).max(axis=0) + (-clouds[g] @ directions.T).max(axis=0)
-            limit = max(limit, float(spans.max()) / np.cos(0.15) + slack[f] + slack[g])
-    return limit + 2 * hand.tip_radius_m
-
-
-def _sampled_tips(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
-    chains = hand.chains
-    tips = np.zeros((len(joints), 3))
-    tips += chains.tips[f]
-    for j in range(int(chains.counts[f]) - 1, -1, -1):
-        c, s = np.cos(joints[:, j]), np.sin(joints[:, j])
-        x, y = c * tips[:, 0] - s * tips[:, 1], s * tips[:, 0] + c * tips[:, 1]
-        turned = np.column_stack([x, y, tips[:, 2]])
-        tips = turned @ chains.rotations[f, j].T + chains.offsets[f, j]
-    return tips
-
-
-def _reach(hand: HandModel, f: int, joint: int) -> float:
-    chains = hand.chains
-    lengths = np.linalg.norm(chains.offsets[f, joint + 1 : int(chains.counts[f])], axis=1)
-    return float(lengths.sum() + np.linalg.norm(chains.tips[f]))
-
-
-def _sphere_directions(count: int) -> FloatArray:
-    i = np.arange(count)
-    z = 1 - 2 * (i + 0.5) / count
-    angle = i * np.pi * (3 - np.sqrt(5))
-    r = np.sqrt(1 - z * z)
-    return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])

@@ -1,56 +1,52 @@
 """Compiled clearances of a hand: between its links, to the ground and to points of an object.
 
-Everything is in the palm frame. A clearance is negative by the depth of the overlap of the rounding
-radii; overlapping cores give minus the sum of the radii.
+Everything is in the palm frame. Shapes that overlap have a negative clearance, by the depth of the
+rounding radii (cores that overlap count as touching).
 """
 
 import math
 
 import numpy as np
-from numba import njit
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.chains import Chains
-from graspbench.hand.gjk import BOX, CYLINDER, SEGMENT, core_distance, support
+from graspbench.hand.compiled import compiled, inner
+from graspbench.hand.distance import core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.kinematics import forward
-from graspbench.hand.shapes import Shapes
+from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
+from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
+
+CLEARANCE_CAP_M = 0.05
 
 
-@njit(cache=True, nogil=True)
-def place_finger(
-    shapes: Shapes, f: int, rotations: FloatArray, origins: FloatArray,
-    shape_rotations: FloatArray, shape_centres: FloatArray,
-) -> None:
+@inner
+def place_shapes(shapes: Shapes, f: int, frames: FloatArray, poses: FloatArray) -> None:
     """Compute the poses of the shapes of finger ``f`` (-1: of the palm).
 
     Args:
         shapes: The hand's shapes.
         f: Which finger.
-        rotations: Orientations of its joint frames, shape (k, 3, 3).
-        origins: Origins of its joint frames, shape (k, 3).
-        shape_rotations: Output, shape (s, 3, 3).
-        shape_centres: Output, shape (s, 3).
+        frames: Its joint frames, shape (k, 3, 4).
+        poses: Output, shape (s, 3, 4).
     """
-    for s in range(shapes.finger.size):
-        if shapes.finger[s] != f:
+    for s in range(poses.shape[0]):
+        if shapes.index[s, FINGER] != f:
             continue
-        if f < 0:
-            shape_rotations[s] = shapes.rotations[s]
-            shape_centres[s] = shapes.centres[s]
-            continue
-        r, o = rotations[shapes.link[s]], origins[shapes.link[s]]
-        local, centre = shapes.rotations[s], shapes.centres[s]
-        for i in range(3):
-            shape_centres[s, i] = o[i] + r[i, 0] * centre[0] + r[i, 1] * centre[1] + r[i, 2] * centre[2]
-            for j in range(3):
-                shape_rotations[s, i, j] = r[i, 0] * local[0, j] + r[i, 1] * local[1, j] + r[i, 2] * local[2, j]
+        j = shapes.index[s, LINK]
+        for row in range(3):
+            for column in range(4):
+                if f < 0:
+                    poses[s, row, column] = shapes.local[s, row, column]
+                    continue
+                value = frames[j, row, 3] if column == 3 else 0.0
+                for i in range(3):
+                    value += frames[j, row, i] * shapes.local[s, i, column]
+                poses[s, row, column] = value
 
 
-@njit(cache=True, nogil=True)
+@inner
 def place_hand(
-    chains: Chains, shapes: Shapes, joints: FloatArray,
-    rotations: FloatArray, origins: FloatArray, tips: FloatArray,
-    shape_rotations: FloatArray, shape_centres: FloatArray,
+    chains: Chains, shapes: Shapes, joints: FloatArray, frames: FloatArray, tips: FloatArray, poses: FloatArray
 ) -> None:
     """Compute joint frames, tips and shape poses of the whole hand.
 
@@ -58,179 +54,192 @@ def place_hand(
         chains: The fingers.
         shapes: The hand's shapes.
         joints: Joints by finger, shape (f, k).
-        rotations: Output, orientations of the joint frames, shape (f, k, 3, 3).
-        origins: Output, origins of the joint frames, shape (f, k, 3).
+        frames: Output, joint frames, shape (f, k, 3, 4).
         tips: Output, tip centres, shape (f, 3).
-        shape_rotations: Output, shape (s, 3, 3).
-        shape_centres: Output, shape (s, 3).
+        poses: Output, poses of the shapes, shape (s, 3, 4).
     """
-    for f in range(chains.counts.size):
-        forward(chains, f, joints[f], rotations[f], origins[f], tips[f])
-        place_finger(shapes, f, rotations[f], origins[f], shape_rotations, shape_centres)
-    place_finger(shapes, -1, rotations[0], origins[0], shape_rotations, shape_centres)
+    for f in range(-1, joints.shape[0]):
+        if f >= 0:
+            forward(chains, f, joints[f], frames[f], tips[f])
+        place_shapes(shapes, f, frames[max(f, 0)], poses)
 
 
-@njit(cache=True, nogil=True)
-def pair_clearance(
-    shapes: Shapes, a: int, b: int, shape_rotations: FloatArray, shape_centres: FloatArray,
-    point_a: FloatArray, point_b: FloatArray,
-) -> float:
-    """Clearance between two shapes; nearest points of the cores in ``point_a`` and ``point_b``."""
-    distance = core_distance(
-        shapes.kind[a], shape_rotations[a], shape_centres[a], shapes.halves[a],
-        shapes.kind[b], shape_rotations[b], shape_centres[b], shapes.halves[b],
-        point_a, point_b,
-    )  # fmt: skip
-    return distance - shapes.radii[a] - shapes.radii[b]
+@inner
+def far_apart(shapes: Shapes, poses: FloatArray, a: int, b: int, distance: float) -> bool:
+    """Tell by their bounding spheres whether two shapes are farther apart than ``distance``."""
+    square = 0.0
+    for row in range(3):
+        square += (poses[a, row, 3] - poses[b, row, 3]) ** 2
+    reach = shapes.size[a, BOUND] + shapes.size[b, BOUND] + distance
+    return square > reach * reach
 
 
-@njit(cache=True, nogil=True)
-def sphere_gap(shapes: Shapes, a: int, b: int, shape_centres: FloatArray) -> float:
-    """Lower bound of the clearance of two shapes by their bounding spheres."""
-    x = shape_centres[a, 0] - shape_centres[b, 0]
-    y = shape_centres[a, 1] - shape_centres[b, 1]
-    z = shape_centres[a, 2] - shape_centres[b, 2]
-    return math.sqrt(x * x + y * y + z * z) - shapes.bounds[a] - shapes.bounds[b]
-
-
-@njit(cache=True, nogil=True)
-def hand_clearance(
-    shapes: Shapes, shape_rotations: FloatArray, shape_centres: FloatArray, finger: int, cap: float
-) -> float:
-    """Smallest clearance between the hand's links, at most ``cap``.
+@inner
+def hand_clearance(shapes: Shapes, poses: FloatArray, finger: int, cap: float) -> float:
+    """Return the smallest clearance between the hand's links, at most ``cap``.
 
     Args:
         shapes: The hand's shapes.
-        shape_rotations: Their orientations, shape (s, 3, 3).
-        shape_centres: Their centres, shape (s, 3).
+        poses: Their poses, shape (s, 3, 4).
         finger: Only pairs that this finger takes part in; -1 for all.
         cap: Clearances beyond this are not told apart.
     """
-    point_a, point_b = np.empty(3), np.empty(3)
     least = cap
     for p in range(shapes.pairs.shape[0]):
         a, b = shapes.pairs[p, 0], shapes.pairs[p, 1]
-        if finger >= 0 and shapes.finger[a] != finger and shapes.finger[b] != finger:
+        if finger >= 0 and shapes.index[a, FINGER] != finger and shapes.index[b, FINGER] != finger:
             continue
-        if sphere_gap(shapes, a, b, shape_centres) < least:
-            least = min(least, pair_clearance(shapes, a, b, shape_rotations, shape_centres, point_a, point_b))
+        if far_apart(shapes, poses, a, b, least):
+            continue
+        distance = core_distance(
+            shapes.index[a, KIND], poses[a], shapes.size[a], shapes.index[b, KIND], poses[b], shapes.size[b]
+        )[0]
+        least = min(least, distance - shapes.size[a, RADIUS] - shapes.size[b, RADIUS])
     return least
 
 
-@njit(cache=True, nogil=True)
-def plane_clearance(
-    shapes: Shapes, s: int, shape_rotations: FloatArray, shape_centres: FloatArray,
-    normal: FloatArray, offset: float, point: FloatArray,
-) -> float:
-    """Clearance of one shape from the half-space normal . x <= offset; lowest core point in ``point``."""
-    support(
-        shapes.kind[s], shape_rotations[s], shape_centres[s], shapes.halves[s],
-        -normal[0], -normal[1], -normal[2], point,
-    )  # fmt: skip
-    return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] - offset - shapes.radii[s]
-
-
-@njit(cache=True, nogil=True)
+@inner
 def ground_clearance(
-    shapes: Shapes, shape_rotations: FloatArray, shape_centres: FloatArray,
-    normal: FloatArray, offset: float, finger: int, cap: float,
+    shapes: Shapes, poses: FloatArray, pose: FloatArray, height: float, finger: int, cap: float
 ) -> float:
-    """Smallest clearance of the hand (of one finger if ``finger`` >= 0) from the ground, at most ``cap``."""
-    point = np.empty(3)
-    least = cap
-    for s in range(shapes.finger.size):
-        if finger >= 0 and shapes.finger[s] != finger:
-            continue
-        c = shape_centres[s]
-        height = normal[0] * c[0] + normal[1] * c[1] + normal[2] * c[2] - offset
-        if height - shapes.bounds[s] < least:
-            least = min(
-                least, plane_clearance(shapes, s, shape_rotations, shape_centres, normal, offset, point)
-            )
-    return least
-
-
-@njit(cache=True, nogil=True)
-def nearest_core_point(
-    kind: int, rotation: FloatArray, centre: FloatArray, half: FloatArray, point: FloatArray, out: FloatArray
-) -> float:
-    """Find the core's surface point nearest to ``point``; return the signed distance (negative inside)."""
-    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
-    a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-    b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z
-    c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z
-    p, q, r, depth = a, b, c, 0.0
-    if kind == SEGMENT:
-        p, q, r = 0.0, 0.0, min(half[2], max(-half[2], c))
-    elif kind == BOX:
-        p = min(half[0], max(-half[0], a))
-        q = min(half[1], max(-half[1], b))
-        r = min(half[2], max(-half[2], c))
-        if p == a and q == b and r == c:
-            da, db, dc = half[0] - abs(a), half[1] - abs(b), half[2] - abs(c)
-            depth = min(da, db, dc)
-            if depth == da:
-                p = math.copysign(half[0], a)
-            elif depth == db:
-                q = math.copysign(half[1], b)
-            else:
-                r = math.copysign(half[2], c)
-    else:
-        length = math.sqrt(a * a + b * b)
-        scale = half[0] / length if length > 1e-12 else 1.0
-        r = min(half[2], max(-half[2], c))
-        if length > half[0]:
-            p, q = a * scale, b * scale
-        elif r == c:
-            side, end = half[0] - length, half[2] - abs(c)
-            depth = min(side, end)
-            if side < end:
-                p, q = a * scale, b * scale
-            else:
-                r = math.copysign(half[2], c)
-    for row in range(3):
-        out[row] = centre[row] + rotation[row, 0] * p + rotation[row, 1] * q + rotation[row, 2] * r
-    if depth > 0.0:
-        return -depth
-    return math.sqrt((a - p) ** 2 + (b - q) ** 2 + (c - r) ** 2)
-
-
-@njit(cache=True, nogil=True)
-def object_clearance(
-    shapes: Shapes, s: int, shape_rotations: FloatArray, shape_centres: FloatArray,
-    obstacle: FloatArray, exempt: FloatArray, exempt_radius: float, cap: float,
-    point: FloatArray, on_obstacle: FloatArray,
-) -> float:
-    """Smallest signed distance of one shape to points of an object, at most ``cap``.
+    """Return the smallest clearance of the hand from the ground, at most ``cap``.
 
     Args:
         shapes: The hand's shapes.
+        poses: Their poses in the palm frame, shape (s, 3, 4).
+        pose: Pose of the palm frame in the world, shape (3, 4).
+        height: Height of the ground in the world.
+        finger: Only shapes of this finger; -1 for all.
+        cap: Clearances beyond this are not told apart.
+    """
+    x, y, z, offset = pose[2, 0], pose[2, 1], pose[2, 2], height - pose[2, 3]
+    least = cap
+    for s in range(poses.shape[0]):
+        if finger >= 0 and shapes.index[s, FINGER] != finger:
+            continue
+        px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
+        least = min(least, x * px + y * py + z * pz - offset - shapes.size[s, RADIUS])
+    return least
+
+
+@inner
+def nearest_obstacle(
+    shapes: Shapes, poses: FloatArray, s: int, obstacle: FloatArray, exempt: FloatArray, exempt_radius: float,
+    cap: float,
+) -> tuple[int, float]:
+    """Find the object point that is nearest to (or deepest in) one shape.
+
+    Args:
+        shapes: The hand's shapes.
+        poses: Their poses, shape (s, 3, 4).
         s: Which shape.
-        shape_rotations: Orientations of the shapes, shape (s, 3, 3).
-        shape_centres: Centres of the shapes, shape (s, 3).
-        obstacle: Points of the object, shape (m, 3).
+        obstacle: Points of the object's surface, palm frame, shape (m, 3).
         exempt: Points nearer than ``exempt_radius`` to this one do not count, shape (3,).
         exempt_radius: See above; 0 exempts nothing.
         cap: Distances beyond this are not told apart.
-        point: Output, nearest point of the core, shape (3,).
-        on_obstacle: Output, nearest point of the object, shape (3,).
+
+    Returns:
+        Its index (-1: none within ``cap``), and its signed distance or ``cap``.
     """
-    least = cap
-    trial = np.empty(3)
-    c, r = shape_centres[s], shapes.radii[s]
+    least, nearest = cap, -1
+    kind, radius, bound = shapes.index[s, KIND], shapes.size[s, RADIUS], shapes.size[s, BOUND]
+    cx, cy, cz = poses[s, 0, 3], poses[s, 1, 3], poses[s, 2, 3]
+    ex, ey, ez = exempt[0], exempt[1], exempt[2]
     for i in range(obstacle.shape[0]):
-        o = obstacle[i]
-        reach = shapes.bounds[s] + least
-        square = (o[0] - c[0]) ** 2 + (o[1] - c[1]) ** 2 + (o[2] - c[2]) ** 2
-        if reach <= 0.0 or square >= reach * reach:
+        x, y, z = obstacle[i, 0], obstacle[i, 1], obstacle[i, 2]
+        reach = bound + least
+        if (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2 >= reach * reach or reach <= 0.0:
             continue
-        if (o[0] - exempt[0]) ** 2 + (o[1] - exempt[1]) ** 2 + (o[2] - exempt[2]) ** 2 < exempt_radius**2:
+        if (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < exempt_radius * exempt_radius:
             continue
-        distance = (
-            nearest_core_point(shapes.kind[s], shape_rotations[s], c, shapes.halves[s], o, trial) - r
-        )
-        if distance < least:
-            least = distance
-            for row in range(3):
-                point[row], on_obstacle[row] = trial[row], o[row]
-    return least
+        px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
+        distance = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
+        if distance == 0.0:
+            distance = -core_depth(kind, poses[s], shapes.size[s], x, y, z)[0]
+        if distance - radius < least:
+            least, nearest = distance - radius, i
+    return nearest, least
+
+
+@inner
+def core_depth(
+    kind: int, pose: FloatArray, size: FloatArray, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return how deep a point lies in a box or cylinder, and the unit vector of its shortest way out."""
+    x, y, z = x - pose[0, 3], y - pose[1, 3], z - pose[2, 3]
+    a = pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z
+    b = pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z
+    c = pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z
+    depth, column, value = size[2] - abs(c), 2, c
+    if size[0] - abs(a) < depth:
+        depth, column, value = size[0] - abs(a), 0, a
+    if size[1] - abs(b) < depth:
+        depth, column, value = size[1] - abs(b), 1, b
+    # A cylinder's shell is bounded by the box around it: the direction is near enough to leave it.
+    sign = math.copysign(1.0, value)
+    return depth, sign * pose[0, column], sign * pose[1, column], sign * pose[2, column]
+
+
+@compiled
+def measure_clearances(
+    chains: Chains, shapes: Shapes, task: Task, contact_of: IntArray, pose: FloatArray, joints: FloatArray,
+    system: System, out: FloatArray,
+) -> None:
+    """Measure a posture's clearances to the ground, within the hand, and to the object.
+
+    A last link that touches the tangent plane of its own contact is given the margin as clearance.
+
+    Args:
+        chains: The fingers.
+        shapes: The hand's shapes.
+        task: What to avoid.
+        contact_of: Contact of each finger or -1, shape (f,).
+        pose: Pose of the palm frame in the world, shape (3, 4).
+        joints: Joints by finger, shape (f, k).
+        system: Work space.
+        out: Output: clearances to ground, hand and object, at most ``CLEARANCE_CAP_M``, shape (3,).
+    """
+    poses = system.poses
+    place_hand(chains, shapes, joints, system.frames, system.tips, poses)
+    out[0] = CLEARANCE_CAP_M
+    if task.limits[HEIGHT] > -np.inf:
+        out[0] = ground_clearance(shapes, poses, pose, task.limits[HEIGHT], -1, CLEARANCE_CAP_M)
+    out[1] = hand_clearance(shapes, poses, -1, CLEARANCE_CAP_M)
+    out[2] = CLEARANCE_CAP_M
+    points_to_palm(pose, task.obstacle, system.obstacle)
+    for s in range(poses.shape[0]):
+        if shapes.index[s, IS_TIP] == 1:
+            continue
+        f = shapes.index[s, FINGER]
+        radius = 0.0
+        if f >= 0 and contact_of[f] >= 0 and shapes.index[s, LINK] == chains.counts[f] - 1:
+            radius = task.limits[EXEMPT]
+            i = contact_of[f]
+            x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
+            px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
+            distance = x * px + y * py + z * pz - offset - shapes.size[s, RADIUS]
+            out[2] = min(out[2], distance + task.limits[OBJECT])
+        out[2] = nearest_obstacle(shapes, poses, s, system.obstacle, system.exempt, radius, out[2])[1]
+
+
+@inner
+def points_to_palm(pose: FloatArray, points: FloatArray, out: FloatArray) -> None:
+    """Map points of the world into the palm frame, shape (m, 3)."""
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0] - pose[0, 3], points[i, 1] - pose[1, 3], points[i, 2] - pose[2, 3]
+        for row in range(3):
+            out[i, row] = pose[0, row] * x + pose[1, row] * y + pose[2, row] * z
+
+
+@inner
+def tangent_plane(
+    pose: FloatArray, point: FloatArray, normal: FloatArray, local: FloatArray
+) -> tuple[float, float, float, float]:
+    """Return a contact's tangent plane in the palm frame, (normal, offset); its point in ``local``."""
+    x, y, z = point[0] - pose[0, 3], point[1] - pose[1, 3], point[2] - pose[2, 3]
+    for row in range(3):
+        local[row] = pose[0, row] * x + pose[1, row] * y + pose[2, row] * z
+    u = pose[0, 0] * normal[0] + pose[1, 0] * normal[1] + pose[2, 0] * normal[2]
+    v = pose[0, 1] * normal[0] + pose[1, 1] * normal[1] + pose[2, 1] * normal[2]
+    w = pose[0, 2] * normal[0] + pose[1, 2] * normal[1] + pose[2, 2] * normal[2]
+    return u, v, w, u * local[0] + v * local[1] + w * local[2]

@@ -7,13 +7,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from graspbench.arrays import FloatArray
-from graspbench.hand.chains import Chains
+from graspbench.arrays import BoolArray, FloatArray
+from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
+from graspbench.hand.compiled import compiled, inner
 
 IK_ITERATIONS = 40
 IK_TOLERANCE_M = 1e-9
+FADED = 1e-2  # a pull below this gain is over
 
 
 @dataclass(frozen=True)
@@ -33,68 +34,66 @@ class FingerSolutions:
     smallest_singular_value: FloatArray
 
 
-@njit(cache=True, nogil=True)
-def forward(
-    chains: Chains, f: int, joints: FloatArray, rotations: FloatArray, origins: FloatArray, tip: FloatArray
-) -> None:
+@inner
+def forward(chains: Chains, f: int, joints: FloatArray, frames: FloatArray, tip: FloatArray) -> None:
     """Compute joint frames and tip of finger ``f``.
 
     Args:
         chains: The fingers.
         f: Which finger.
         joints: Joint positions, shape (k,).
-        rotations: Output, orientations of the joint frames, shape (k, 3, 3); column 2 is the joint axis.
-        origins: Output, origins of the joint frames, shape (k, 3).
+        frames: Output, joint frames: rotation, whose column 2 is the joint axis, and origin, shape (k, 3, 4).
         tip: Output, tip centre, shape (3,).
     """
     n = chains.counts[f]
     for j in range(n):
-        fixed, offset = chains.rotations[f, j], chains.offsets[f, j]
         c, s = math.cos(joints[j]), math.sin(joints[j])
         for row in range(3):
             if j == 0:
-                a, b, z = fixed[row, 0], fixed[row, 1], fixed[row, 2]
-                origins[j, row] = offset[row]
+                a, b, z = chains.fixed[f, j, row, 0], chains.fixed[f, j, row, 1], chains.fixed[f, j, row, 2]
+                origin = chains.fixed[f, j, row, 3]
             else:
-                p0, p1, p2 = rotations[j - 1, row, 0], rotations[j - 1, row, 1], rotations[j - 1, row, 2]
-                a = p0 * fixed[0, 0] + p1 * fixed[1, 0] + p2 * fixed[2, 0]
-                b = p0 * fixed[0, 1] + p1 * fixed[1, 1] + p2 * fixed[2, 1]
-                z = p0 * fixed[0, 2] + p1 * fixed[1, 2] + p2 * fixed[2, 2]
-                origins[j, row] = origins[j - 1, row] + p0 * offset[0] + p1 * offset[1] + p2 * offset[2]
-            rotations[j, row, 0] = c * a + s * b
-            rotations[j, row, 1] = c * b - s * a
-            rotations[j, row, 2] = z
-    t = chains.tips[f]
+                p, q, r = frames[j - 1, row, 0], frames[j - 1, row, 1], frames[j - 1, row, 2]
+                a = p * chains.fixed[f, j, 0, 0] + q * chains.fixed[f, j, 1, 0] + r * chains.fixed[f, j, 2, 0]
+                b = p * chains.fixed[f, j, 0, 1] + q * chains.fixed[f, j, 1, 1] + r * chains.fixed[f, j, 2, 1]
+                z = p * chains.fixed[f, j, 0, 2] + q * chains.fixed[f, j, 1, 2] + r * chains.fixed[f, j, 2, 2]
+                origin = p * chains.fixed[f, j, 0, 3] + q * chains.fixed[f, j, 1, 3] + r * chains.fixed[f, j, 2, 3]
+                origin += frames[j - 1, row, 3]
+            frames[j, row, 0] = c * a + s * b
+            frames[j, row, 1] = c * b - s * a
+            frames[j, row, 2] = z
+            frames[j, row, 3] = origin
+    x, y, z = chains.tips[f, 0], chains.tips[f, 1], chains.tips[f, 2]
     for row in range(3):
-        r = rotations[n - 1, row]
-        tip[row] = origins[n - 1, row] + r[0] * t[0] + r[1] * t[1] + r[2] * t[2]
+        tip[row] = (
+            frames[n - 1, row, 0] * x + frames[n - 1, row, 1] * y + frames[n - 1, row, 2] * z + frames[n - 1, row, 3]
+        )
 
 
-@njit(cache=True, nogil=True)
-def point_jacobian(
-    last: int, rotations: FloatArray, origins: FloatArray, point: FloatArray, jacobian: FloatArray
-) -> None:
+@inner
+def point_jacobian(last: int, frames: FloatArray, x: float, y: float, z: float, jacobian: FloatArray) -> None:
     """Jacobian of a point fixed to the link behind joint ``last``; further columns become zero.
 
     Args:
         last: Position of the joint that carries the point.
-        rotations: Orientations of the joint frames, shape (k, 3, 3).
-        origins: Origins of the joint frames, shape (k, 3).
-        point: The point, shape (3,).
+        frames: Joint frames, shape (k, 3, 4).
+        x: Point.
+        y: Point.
+        z: Point.
         jacobian: Output, shape (3, k).
     """
     for j in range(jacobian.shape[1]):
-        if j > last:
-            jacobian[0, j] = jacobian[1, j] = jacobian[2, j] = 0.0
-            continue
-        x, y, z = rotations[j, 0, 2], rotations[j, 1, 2], rotations[j, 2, 2]
-        a, b, c = point[0] - origins[j, 0], point[1] - origins[j, 1], point[2] - origins[j, 2]
-        jacobian[0, j] = y * c - z * b
-        jacobian[1, j] = z * a - x * c
-        jacobian[2, j] = x * b - y * a
+        u, v, w = 0.0, 0.0, 0.0
+        a, b, c = x, y, z
+        if j <= last:
+            u, v, w = frames[j, 0, 2], frames[j, 1, 2], frames[j, 2, 2]
+            a, b, c = x - frames[j, 0, 3], y - frames[j, 1, 3], z - frames[j, 2, 3]
+        jacobian[0, j] = v * c - w * b
+        jacobian[1, j] = w * a - u * c
+        jacobian[2, j] = u * b - v * a
 
 
-@njit(cache=True, nogil=True)
+@inner
 def smallest_singular_value(jacobian: FloatArray) -> float:
     """Return the smallest singular value of a matrix of shape (3, k), k >= 3, in closed form."""
     a = b = c = d = e = f = 0.0
@@ -118,147 +117,117 @@ def smallest_singular_value(jacobian: FloatArray) -> float:
     return math.sqrt(max(mean + 2.0 * p * math.cos(angle + 2.0 * math.pi / 3.0), 0.0))
 
 
-@njit(cache=True, nogil=True)
+@inner
 def joint_margin(chains: Chains, f: int, joints: FloatArray) -> float:
     """Return the smallest distance of a joint to a limit as a share of its range (negative outside)."""
     margin = 0.5
     for j in range(chains.counts[f]):
-        low, high = chains.lower[f, j], chains.upper[f, j]
+        low, high = chains.limits[f, j, LOWER], chains.limits[f, j, UPPER]
         margin = min(margin, min(joints[j] - low, high - joints[j]) / (high - low))
     return margin
 
 
-@njit(cache=True, nogil=True)
-def solve_symmetric_3(
-    a: float, b: float, c: float, d: float, e: float, f: float, rhs: FloatArray, out: FloatArray
+@inner
+def _damped_step(
+    count: int, jacobian: FloatArray, gap: FloatArray, secondary: FloatArray, free: BoolArray, damping: float,
+    step: FloatArray,
 ) -> None:
-    """Solve [[a, d, f], [d, b, e], [f, e, c]] out = rhs by cofactors."""
+    """Set ``step`` to secondary + J^T (J J^T + damping)^-1 (gap - J secondary) over the free joints."""
+    x, y, z = gap[0], gap[1], gap[2]
+    a = b = c = damping
+    d = e = f = 0.0
+    for j in range(count):
+        if free[j]:
+            u, v, w = jacobian[0, j], jacobian[1, j], jacobian[2, j]
+            x, y, z = x - u * secondary[j], y - v * secondary[j], z - w * secondary[j]
+            a, b, c = a + u * u, b + v * v, c + w * w
+            d, e, f = d + u * v, e + v * w, f + u * w
+    # The symmetric 3 x 3 system [[a, d, f], [d, b, e], [f, e, c]] by cofactors.
     xx, yy, zz = b * c - e * e, a * c - f * f, a * b - d * d
     xy, yz, xz = e * f - c * d, d * f - a * e, d * e - b * f
     scale = 1.0 / (a * xx + d * xy + f * xz)
-    out[0] = scale * (xx * rhs[0] + xy * rhs[1] + xz * rhs[2])
-    out[1] = scale * (xy * rhs[0] + yy * rhs[1] + yz * rhs[2])
-    out[2] = scale * (xz * rhs[0] + yz * rhs[1] + zz * rhs[2])
+    p = scale * (xx * x + xy * y + xz * z)
+    q = scale * (xy * x + yy * y + yz * z)
+    r = scale * (xz * x + yz * y + zz * z)
+    for j in range(count):
+        step[j] = 0.0
+        if free[j]:
+            step[j] = secondary[j] + jacobian[0, j] * p + jacobian[1, j] * q + jacobian[2, j] * r
 
 
-@njit(cache=True, nogil=True)
+@inner
 def finger_ik(
-    chains: Chains,
-    f: int,
-    target: FloatArray,
-    joints: FloatArray,
-    rotations: FloatArray,
-    origins: FloatArray,
-    jacobian: FloatArray,
+    chains: Chains, f: int, target: FloatArray, joints: FloatArray, frames: FloatArray, jacobian: FloatArray,
     centring: float,
 ) -> float:
     """Bring the tip of finger ``f`` to a target by damped least squares within the joint limits.
 
     Joints that a step would push out of their range are taken out of that step. What freedom is left
-    pulls the joints towards the middle of their ranges.
+    pulls the joints towards their preferred positions.
 
     Args:
         chains: The fingers.
         f: Which finger.
         target: Wanted tip centre, shape (3,).
         joints: Start; the solution is written over it, shape (k,).
-        rotations: Work space, shape (k, 3, 3).
-        origins: Work space, shape (k, 3).
-        jacobian: Work space, the tip Jacobian at the solution, shape (3, k).
-        centring: Gain of the pull towards mid-range, 0 to 1.
+        frames: Work space; the joint frames at the solution, shape (k, 3, 4).
+        jacobian: Work space; the tip Jacobian at the solution, shape (3, k).
+        centring: Gain of the pull towards the preferred joints, 0 to 1.
 
     Returns:
         Distance left between tip and target, m.
     """
     n = chains.counts[f]
-    lower, upper = chains.lower[f], chains.upper[f]
-    tip, error, dual = np.empty(3), np.empty(3), np.empty(3)
-    free = np.empty(n, dtype=np.bool_)
-    secondary = np.zeros(n)
-    trial = np.empty(n)
+    tip, gap, free = np.empty(3), np.empty(3), np.empty(n, dtype=np.bool_)
+    secondary, step, trial = np.empty(n), np.empty(n), np.empty(n)
     for j in range(n):
-        joints[j] = min(upper[j], max(lower[j], joints[j]))
-    forward(chains, f, joints, rotations, origins, tip)
-    square = (target[0] - tip[0]) ** 2 + (target[1] - tip[1]) ** 2 + (target[2] - tip[2]) ** 2
-    damping = 1e-6
+        trial[j] = joints[j]
+    square, damping, gain = np.inf, 1e-6, centring
     for iteration in range(IK_ITERATIONS):
-        # The pull fades out so that the last iterations converge on the target alone.
-        gain = centring * 0.75**iteration
-        if square < IK_TOLERANCE_M**2 and gain < 1e-2:
-            break
-        point_jacobian(n - 1, rotations, origins, tip, jacobian)
         for j in range(n):
-            free[j] = True
-            secondary[j] = gain * (chains.preferred[f, j] - joints[j])
-        for _ in range(n):
-            for row in range(3):
-                error[row] = target[row] - tip[row]
-                for j in range(n):
-                    if free[j]:
-                        error[row] -= jacobian[row, j] * secondary[j]
-            a = b = c = damping
-            d = e = g = 0.0
-            for j in range(n):
-                if free[j]:
-                    x, y, z = jacobian[0, j], jacobian[1, j], jacobian[2, j]
-                    a += x * x
-                    b += y * y
-                    c += z * z
-                    d += x * y
-                    e += y * z
-                    g += x * z
-            solve_symmetric_3(a, b, c, d, e, g, error, dual)
-            blocked = False
-            for j in range(n):
-                trial[j] = joints[j]
-                if not free[j]:
-                    continue
-                step = (
-                    secondary[j]
-                    + jacobian[0, j] * dual[0]
-                    + jacobian[1, j] * dual[1]
-                    + jacobian[2, j] * dual[2]
-                )
-                trial[j] += min(0.5, max(-0.5, step))
-                if trial[j] < lower[j] or trial[j] > upper[j]:
-                    at_limit = joints[j] <= lower[j] or joints[j] >= upper[j]
-                    trial[j] = min(upper[j], max(lower[j], trial[j]))
-                    if at_limit:
-                        free[j] = False
-                        blocked = True
-            if not blocked:
-                break
-        forward(chains, f, trial, rotations, origins, tip)
+            trial[j] = min(chains.limits[f, j, UPPER], max(chains.limits[f, j, LOWER], trial[j]))
+        forward(chains, f, trial, frames, tip)
         after = (target[0] - tip[0]) ** 2 + (target[1] - tip[1]) ** 2 + (target[2] - tip[2]) ** 2
-        if after < square or gain > 1e-2:
-            stalled = after > 0.9999 * square and gain <= 1e-2
+        if iteration == 0 or after < square or gain > FADED:
+            stalled = gain <= FADED and after > 0.9999 * square
             damping = max(damping * 0.1, 1e-12)
             square = after
             for j in range(n):
                 joints[j] = trial[j]
-            if stalled and damping <= 1e-9:
+            # The pull fades out so that the last iterations converge on the target alone.
+            gain *= 0.75
+            if (square < IK_TOLERANCE_M**2 and gain <= FADED) or (stalled and damping <= 1e-9):
                 break
         else:
             damping *= 10.0
             if damping > 1e-1:
-                forward(chains, f, joints, rotations, origins, tip)
                 break
-            forward(chains, f, joints, rotations, origins, tip)
-    point_jacobian(n - 1, rotations, origins, tip, jacobian)
+            forward(chains, f, joints, frames, tip)
+        point_jacobian(n - 1, frames, tip[0], tip[1], tip[2], jacobian)
+        for row in range(3):
+            gap[row] = target[row] - tip[row]
+        for j in range(n):
+            free[j] = True
+            secondary[j] = gain * (chains.limits[f, j, PREFERRED] - joints[j]) if gain > FADED else 0.0
+        blocked = True
+        while blocked:
+            _damped_step(n, jacobian, gap, secondary, free, damping, step)
+            blocked = False
+            for j in range(n):
+                trial[j] = joints[j] + min(0.5, max(-0.5, step[j]))
+                low = joints[j] <= chains.limits[f, j, LOWER] and step[j] < 0.0
+                high = joints[j] >= chains.limits[f, j, UPPER] and step[j] > 0.0
+                if free[j] and (low or high):
+                    free[j] = False
+                    blocked = True
+    forward(chains, f, joints, frames, tip)
+    point_jacobian(n - 1, frames, tip[0], tip[1], tip[2], jacobian)
     return math.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def finger_ik_batch(
-    chains: Chains,
-    f: int,
-    targets: FloatArray,
-    starts: FloatArray,
-    centring: float,
-    joints: FloatArray,
-    error: FloatArray,
-    margin: FloatArray,
-    singular: FloatArray,
+    chains: Chains, f: int, targets: FloatArray, joints: FloatArray, centring: float, quantities: FloatArray
 ) -> None:
     """Solve ``finger_ik`` for many targets; a start that fails is tried again from the preferred posture.
 
@@ -266,25 +235,24 @@ def finger_ik_batch(
         chains: The fingers.
         f: Which finger.
         targets: Wanted tip centres, shape (m, 3).
-        starts: Starts, shape (m, k).
-        centring: Gain of the pull towards mid-range, 0 to 1.
-        joints: Output, shape (m, k).
-        error: Output, shape (m,).
-        margin: Output, joint margins, shape (m,).
-        singular: Output, smallest singular values, shape (m,).
+        joints: Starts; the solutions are written over them, shape (m, k).
+        centring: Gain of the pull towards the preferred joints, 0 to 1.
+        quantities: Output: error, joint margin, smallest singular value, shape (3, m).
     """
     n = chains.counts[f]
-    rotations, origins, jacobian = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((3, n))
-    again, other = np.empty(n), np.empty((3, n))
+    frames, jacobian, start = np.empty((n, 3, 4)), np.empty((3, n)), np.empty(n)
     for i in range(targets.shape[0]):
-        joints[i] = starts[i]
-        error[i] = finger_ik(chains, f, targets[i], joints[i], rotations, origins, jacobian, centring)
-        if error[i] > 1e-6:
-            again[:] = chains.preferred[f, :n]
-            left = finger_ik(chains, f, targets[i], again, rotations, origins, other, 1.0)
-            if left < error[i]:
-                error[i] = left
-                joints[i] = again
-                jacobian[:] = other
-        margin[i] = joint_margin(chains, f, joints[i])
-        singular[i] = smallest_singular_value(jacobian)
+        error = np.inf
+        for trial in range(2):
+            for j in range(n):
+                start[j] = joints[i, j] if trial == 0 else chains.limits[f, j, PREFERRED]
+            left = finger_ik(chains, f, targets[i], start, frames, jacobian, centring if trial == 0 else 1.0)
+            if left < error:
+                error = left
+                for j in range(n):
+                    joints[i, j] = start[j]
+                quantities[2, i] = smallest_singular_value(jacobian)
+            if error < 1e-6:
+                break
+        quantities[0, i] = error
+        quantities[1, i] = joint_margin(chains, f, joints[i])

@@ -10,8 +10,8 @@ import pinocchio
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
-from graspbench.hand import collision, kinematics, shapes
-from graspbench.hand.chains import Chains, extract_chains
+from graspbench.hand import kinematics, shapes
+from graspbench.hand.chains import PREFERRED, Chains, extract_chains
 from graspbench.hand.files import find_urdf
 from graspbench.hand.kinematics import FingerSolutions
 from graspbench.hand.parameters import FingerDescription, HandParameters, Margins, PalmDescription
@@ -128,15 +128,13 @@ class HandModel:
         """
         targets = np.ascontiguousarray(targets, dtype=float).reshape(-1, 3)
         m, k = targets.shape[0], int(self.chains.counts[finger])
-        starts = np.ascontiguousarray(np.broadcast_to(np.asarray(start, dtype=float), (m, k)))
-        joints, error, margin, singular = np.empty((m, k)), np.empty(m), np.empty(m), np.empty(m)
-        kinematics.finger_ik_batch(
-            self.chains, finger, targets, starts, centring, joints, error, margin, singular
-        )
-        return FingerSolutions(joints, error, margin, singular)
+        starts = np.broadcast_to(np.asarray(start, dtype=float), (m, k))
+        joints, quantities = np.array(starts), np.empty((3, m))
+        kinematics.finger_ik_batch(self.chains, finger, targets, joints, centring, quantities)
+        return FingerSolutions(joints, quantities[0], quantities[1], quantities[2])
 
-    def shape_poses(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return orientations (s, 3, 3) and centres (s, 3) of the collision shapes, palm frame."""
+    def shape_poses(self, joints: FloatArray) -> FloatArray:
+        """Return the poses of the collision shapes, palm frame, shape (s, 3, 4)."""
         return _shape_poses(self.chains, self.shapes, self.by_finger(joints))
 
 
@@ -186,13 +184,13 @@ def _load(key: _Key) -> HandModel:
     rest = _rest(model, fingers)
     preferred = rest.copy()
     for f in range(len(used)):
-        preferred[chains.index[f, : chains.counts[f]]] = chains.preferred[f, : chains.counts[f]]
+        preferred[chains.index[f, : chains.counts[f]]] = chains.limits[f, : chains.counts[f], PREFERRED]
     data = model.createData()
     pinocchio.forwardKinematics(model, data, preferred)
     found = shapes.extract_shapes(
         model, geometry, data, transform, frames, chains.tips, chains.counts, parameters.tip_radius_m
     )
-    found = shapes.with_pairs(found, *_shape_poses(chains, found, chains.preferred))
+    found = shapes.with_pairs(found, _shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED])))
     return HandModel(
         name=parameters.name,
         finger_names=tuple(finger.name for finger in used),
@@ -292,29 +290,41 @@ def _rest(model: pinocchio.Model, fingers: tuple[FingerDescription, ...]) -> Flo
     return np.asarray(rest, dtype=float)
 
 
-def _tips(chains: Chains, joints: FloatArray) -> FloatArray:
+def _frames(chains: Chains, joints: FloatArray) -> FloatArray:
+    """Return the joint frames of all fingers, shape (f, k, 3, 4), in NumPy: a reference, and quick to load."""
     n, k = joints.shape
-    rotations, origins, tips = np.empty((k, 3, 3)), np.empty((k, 3)), np.empty((n, 3))
-    for f in range(n):
-        kinematics.forward(chains, f, joints[f], rotations, origins, tips[f])
-    return tips
+    frames = np.zeros((n, k, 4, 4))
+    before = np.tile(np.eye(4), (n, 1, 1))
+    for j in range(k):
+        fixed, turn = np.tile(np.eye(4), (n, 1, 1)), np.tile(np.eye(4), (n, 1, 1))
+        fixed[:, :3] = chains.fixed[:, j]
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(joints[:, j])
+        turn[:, 1, 0] = np.sin(joints[:, j])
+        turn[:, 0, 1] = -turn[:, 1, 0]
+        before = before @ fixed @ turn
+        frames[:, j] = before
+    return frames[:, :, :3]
+
+
+def _tips(chains: Chains, joints: FloatArray) -> FloatArray:
+    last = _frames(chains, joints)[np.arange(len(joints)), chains.counts - 1]
+    return np.asarray(np.einsum("fij,fj->fi", last[:, :, :3], chains.tips) + last[:, :, 3])
 
 
 def _jacobians(chains: Chains, joints: FloatArray) -> FloatArray:
-    n, k = joints.shape
-    rotations, origins, tip = np.empty((k, 3, 3)), np.empty((k, 3)), np.empty(3)
-    jacobians = np.zeros((n, 3, k))
-    for f in range(n):
-        kinematics.forward(chains, f, joints[f], rotations, origins, tip)
-        kinematics.point_jacobian(int(chains.counts[f]) - 1, rotations, origins, tip, jacobians[f])
-    return jacobians
+    frames = _frames(chains, joints)
+    last = frames[np.arange(len(joints)), chains.counts - 1]
+    tips = np.einsum("fij,fj->fi", last[:, :, :3], chains.tips) + last[:, :, 3]
+    arms = tips[:, None] - frames[..., 3]
+    return np.cross(frames[..., 2], arms).transpose(0, 2, 1)
 
 
-def _shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    n, k = joints.shape
-    rotations, centres = np.empty((found.finger.size, 3, 3)), np.empty((found.finger.size, 3))
-    collision.place_hand(
-        chains, found, joints,
-        np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.empty((n, 3)), rotations, centres,
-    )  # fmt: skip
-    return rotations, centres
+def _shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> FloatArray:
+    frames = _frames(chains, joints)
+    poses = found.local.copy()
+    for s, (finger, link) in enumerate(found.index[:, :2]):
+        if finger >= 0:
+            frame = frames[finger, link]
+            poses[s] = frame[:, :3] @ found.local[s]
+            poses[s, :, 3] += frame[:, 3]
+    return poses

@@ -8,36 +8,30 @@ import pinocchio
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
-from graspbench.hand.gjk import BOX, CYLINDER, SEGMENT, core_distance
+from graspbench.hand.distance import BOX, CYLINDER, SEGMENT, core_distance
 
 PALM = -1
+
+
+FINGER, LINK, KIND, IS_TIP = 0, 1, 2, 3
+RADIUS, BOUND = 3, 4
 
 
 class Shapes(NamedTuple):
     """Rounded boxes, segments and cylinders fixed to the palm (first) or to the links of the fingers.
 
     Attributes:
-        finger: Finger that carries the shape, -1 for the palm, shape (s,).
-        link: Position in the chain of the joint that moves it, -1 for the palm, shape (s,).
-        kind: SEGMENT, BOX or CYLINDER, shape (s,).
-        rotations: Orientation in the joint's frame (palm frame), shape (s, 3, 3).
-        centres: Centre in the joint's frame (palm frame), shape (s, 3), m.
-        halves: Half extents of the core, shape (s, 3), m.
-        radii: Radius of the ball the core is swept by, shape (s,), m.
-        bounds: Radius of the bounding sphere around the centre, shape (s,), m.
-        is_tip: Whether it is the fingertip's sphere, shape (s,).
+        index: Finger that carries the shape (-1: palm), position of the joint that moves it in the finger's
+            chain (-1: palm), kind of its core, whether it is the fingertip's sphere; shape (s, 4).
+        local: Pose of the core in the joint's frame (palm frame), shape (s, 3, 4).
+        size: Half extents of the core, radius of the ball it is swept by, radius of the bounding sphere
+            around its centre; shape (s, 5), m.
         pairs: Pairs of shapes that must not touch, shape (p, 2).
     """
 
-    finger: IntArray
-    link: IntArray
-    kind: IntArray
-    rotations: FloatArray
-    centres: FloatArray
-    halves: FloatArray
-    radii: FloatArray
-    bounds: FloatArray
-    is_tip: IntArray
+    index: IntArray
+    local: FloatArray
+    size: FloatArray
     pairs: IntArray
 
 
@@ -100,26 +94,16 @@ def extract_shapes(
             )
     shapes = _without_covered(shapes)
     shapes.sort(key=lambda s: (s.finger, s.link))
-    half_extents = np.array([s.half for s in shapes])
-    radii = np.array([s.radius for s in shapes])
-    reach = np.array(
-        [np.hypot(s.half[0], s.half[2]) if s.kind == CYLINDER else np.linalg.norm(s.half) for s in shapes]
-    )
+    reach = [np.hypot(s.half[0], s.half[2]) if s.kind == CYLINDER else np.linalg.norm(s.half) for s in shapes]
     return Shapes(
-        finger=np.array([s.finger for s in shapes], dtype=np.int64),
-        link=np.array([s.link for s in shapes], dtype=np.int64),
-        kind=np.array([s.kind for s in shapes], dtype=np.int64),
-        rotations=np.ascontiguousarray([s.rotation for s in shapes]),
-        centres=np.ascontiguousarray([s.centre for s in shapes]),
-        halves=half_extents,
-        radii=radii,
-        bounds=reach + radii,
-        is_tip=np.array([s.is_tip for s in shapes], dtype=np.int64),
+        index=np.array([(s.finger, s.link, s.kind, s.is_tip) for s in shapes], dtype=np.int64),
+        local=np.array([np.column_stack([s.rotation, s.centre]) for s in shapes]),
+        size=np.array([(*s.half, s.radius, r + s.radius) for s, r in zip(shapes, reach, strict=True)]),
         pairs=np.zeros((0, 2), dtype=np.int64),
     )
 
 
-def with_pairs(shapes: Shapes, rotations: FloatArray, centres: FloatArray) -> Shapes:
+def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
     """Choose the pairs to check for collisions.
 
     Not checked are shapes of the same link, of links joined to each other, and links of one finger (or
@@ -127,11 +111,9 @@ def with_pairs(shapes: Shapes, rotations: FloatArray, centres: FloatArray) -> Sh
 
     Args:
         shapes: The shapes.
-        rotations: Their orientations in the preferred posture, palm frame, shape (s, 3, 3).
-        centres: Their centres in the preferred posture, palm frame, shape (s, 3).
+        poses: Their poses in the preferred posture, palm frame, shape (s, 3, 4).
     """
-    point_a, point_b = np.empty(3), np.empty(3)
-    bodies = list(zip(shapes.finger.tolist(), shapes.link.tolist(), strict=True))
+    bodies = [(int(row[FINGER]), int(row[LINK])) for row in shapes.index]
     candidates, overlapping = [], set()
     for b in range(len(bodies)):
         for a in range(b):
@@ -141,11 +123,9 @@ def with_pairs(shapes: Shapes, rotations: FloatArray, centres: FloatArray) -> Sh
                 continue
             candidates.append((a, b))
             distance = core_distance(
-                shapes.kind[a], rotations[a], centres[a], shapes.halves[a],
-                shapes.kind[b], rotations[b], centres[b], shapes.halves[b],
-                point_a, point_b,
-            ) - (shapes.radii[a] + shapes.radii[b])  # fmt: skip
-            if related and distance < 0.0:
+                shapes.index[a, KIND], poses[a], shapes.size[a], shapes.index[b, KIND], poses[b], shapes.size[b]
+            )[0]
+            if related and distance < shapes.size[a, RADIUS] + shapes.size[b, RADIUS]:
                 overlapping.add((bodies[a], bodies[b]))
     kept = [(a, b) for a, b in candidates if (bodies[a], bodies[b]) not in overlapping]
     return shapes._replace(pairs=np.array(kept, dtype=np.int64).reshape(-1, 2))

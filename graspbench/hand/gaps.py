@@ -1,0 +1,135 @@
+"""Compiled list of the gaps a hand has to close or to keep: its tips to their targets, its links to all else."""
+
+import math
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.hand.chains import Chains
+from graspbench.hand.collision import core_depth, far_apart, nearest_obstacle, tangent_plane
+from graspbench.hand.compiled import inner
+from graspbench.hand.distance import Point, core_distance, lowest_in_core, nearest_in_core
+from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
+from graspbench.hand.task import EXEMPT, GROUND, HAND, HEIGHT, OBJECT, WORLD, System, Task
+
+TIP_WEIGHT = 1e3  # a residual of 1 is a tip error of 1 mm
+CLEARANCE_WEIGHT = 5e2
+BUFFER_M = 0.002  # the optimisation aims this far beyond the margins
+
+
+@inner
+def _add_gap(
+    system: System, count: int, residual: float, weight: float, n: Point, a: Point, b: Point,
+    finger_a: int, link_a: int, finger_b: int, link_b: int,
+) -> int:
+    """Append a gap; return how many there are (a full list stays as it is)."""
+    if count == system.gaps.shape[0]:
+        return count
+    gap, body = system.gaps[count], system.bodies[count]
+    gap[0], gap[1], gap[2], gap[3], gap[4] = residual, weight, n[0], n[1], n[2]
+    gap[5], gap[6], gap[7], gap[8], gap[9], gap[10] = a[0], a[1], a[2], b[0], b[1], b[2]
+    body[0], body[1], body[2], body[3] = finger_a, link_a, finger_b, link_b
+    return count + 1
+
+
+@inner
+def collect_tips(
+    chains: Chains, task: Task, contact_of: IntArray, pose: FloatArray, system: System, count: int
+) -> int:
+    """Collect the tips' distances from their targets along the palm's axes."""
+    for row in range(3 * contact_of.size):
+        f, axis = row // 3, row % 3
+        i = contact_of[f]
+        if i < 0:
+            continue
+        x, y, z = task.targets[i, 0] - pose[0, 3], task.targets[i, 1] - pose[1, 3], task.targets[i, 2] - pose[2, 3]
+        target = (
+            pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z,
+            pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z,
+            pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z,
+        )
+        tip = (system.tips[f, 0], system.tips[f, 1], system.tips[f, 2])
+        n = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
+        gap = n[0] * (tip[0] - target[0]) + n[1] * (tip[1] - target[1]) + n[2] * (tip[2] - target[2])
+        count = _add_gap(
+            system, count, gap, TIP_WEIGHT, n, tip, target, f, chains.counts[f] - 1, WORLD, WORLD
+        )
+    return count
+
+
+@inner
+def collect_world(
+    chains: Chains, shapes: Shapes, task: Task, contact_of: IntArray, pose: FloatArray, system: System, count: int
+) -> int:
+    """Collect what is too near to the ground, to the contacts' tangent planes and to the object."""
+    for row in range(3 * shapes.index.shape[0]):
+        s, which = row // 3, row % 3
+        f, link, kind = shapes.index[s, FINGER], shapes.index[s, LINK], shapes.index[s, KIND]
+        last = f >= 0 and contact_of[f] >= 0 and link == chains.counts[f] - 1
+        if which > 0 and shapes.index[s, IS_TIP] == 1:
+            continue
+        if which < 2:
+            x, y, z, offset = pose[2, 0], pose[2, 1], pose[2, 2], task.limits[HEIGHT] - pose[2, 3]
+            wanted = task.limits[GROUND] + BUFFER_M
+            if which == 1:
+                # The last link stays outside the tangent plane of its own contact.
+                if not last:
+                    continue
+                i = contact_of[f]
+                x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
+                wanted = 0.5 * BUFFER_M
+            elif task.limits[HEIGHT] == -np.inf:
+                continue
+            a = lowest_in_core(kind, system.poses[s], shapes.size[s], x, y, z)
+            n, b = (x, y, z), a
+            distance = x * a[0] + y * a[1] + z * a[2] - offset - shapes.size[s, RADIUS]
+        else:
+            wanted = task.limits[OBJECT] + BUFFER_M
+            radius = task.limits[EXEMPT] if last else 0.0
+            i, distance = nearest_obstacle(shapes, system.poses, s, system.obstacle, system.exempt, radius, wanted)
+            if i < 0:
+                continue
+            b = (system.obstacle[i, 0], system.obstacle[i, 1], system.obstacle[i, 2])
+            a = nearest_in_core(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
+            n = (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+            length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            if length > 0.0:
+                n = (n[0] / length, n[1] / length, n[2] / length)
+            else:
+                _, x, y, z = core_depth(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
+                n = (-x, -y, -z)
+        if distance < wanted:
+            count = _add_gap(
+                system, count, distance - wanted, CLEARANCE_WEIGHT, n, a, b, f, link, WORLD, WORLD
+            )
+    return count
+
+
+@inner
+def collect_hand(shapes: Shapes, task: Task, system: System, count: int) -> int:
+    """Collect what of the hand is too near to the rest of the hand."""
+    wanted = task.limits[HAND] + BUFFER_M
+    for p in range(shapes.pairs.shape[0]):
+        s, t = shapes.pairs[p, 0], shapes.pairs[p, 1]
+        if far_apart(shapes, system.poses, s, t, wanted):
+            continue
+        gap, ax, ay, az, bx, by, bz = core_distance(
+            shapes.index[s, KIND], system.poses[s], shapes.size[s],
+            shapes.index[t, KIND], system.poses[t], shapes.size[t],
+        )  # fmt: skip
+        distance = gap - shapes.size[s, RADIUS] - shapes.size[t, RADIUS]
+        if distance >= wanted:
+            continue
+        x, y, z = ax - bx, ay - by, az - bz
+        if gap < 1e-5:
+            # Cores that touch are pushed apart along the line of their centres.
+            x = system.poses[s, 0, 3] - system.poses[t, 0, 3]
+            y = system.poses[s, 1, 3] - system.poses[t, 1, 3]
+            z = system.poses[s, 2, 3] - system.poses[t, 2, 3]
+        length = math.sqrt(x * x + y * y + z * z) + 1e-12
+        count = _add_gap(
+            system, count, distance - wanted, CLEARANCE_WEIGHT,
+            (x / length, y / length, z / length), (ax, ay, az), (bx, by, bz),
+            shapes.index[s, FINGER], shapes.index[s, LINK], shapes.index[t, FINGER], shapes.index[t, LINK],
+        )  # fmt: skip
+    return count

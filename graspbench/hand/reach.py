@@ -1,0 +1,62 @@
+"""How far apart two fingertips of a hand can be."""
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.hand.chains import LOWER, UPPER
+from graspbench.hand.model import HandModel
+
+SAMPLES = 9
+
+
+def pair_limit(hand: HandModel) -> float:
+    """Return a bound of the distance between two contacts that two fingertips can touch at a time, m.
+
+    The tips' workspaces are sampled; what the samples may miss is bounded by the joints' half steps times
+    the reach behind them, so the bound holds for every posture.
+    """
+    chains, n = hand.chains, hand.n_fingers
+    clouds, slack = [], []
+    for f in range(n):
+        k = int(chains.counts[f])
+        count = SAMPLES if k <= 4 else 5
+        grids = [np.linspace(chains.limits[f, j, LOWER], chains.limits[f, j, UPPER], count) for j in range(k)]
+        joints = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, k)
+        clouds.append(_sampled_tips(hand, f, joints))
+        reach = np.array([_reach(hand, f, j) for j in range(k)])
+        half_steps = (chains.limits[f, :k, UPPER] - chains.limits[f, :k, LOWER]) / (2 * (count - 1))
+        slack.append(float(reach @ half_steps))
+    limit = 0.0
+    directions = _sphere_directions(400)
+    # Farthest pair through support values; the directions' spacing is covered by 1 / cos of half of it.
+    for f in range(n):
+        for g in range(f):
+            spans = (clouds[f] @ directions.T).max(axis=0) + (-clouds[g] @ directions.T).max(axis=0)
+            limit = max(limit, float(spans.max()) / np.cos(0.15) + slack[f] + slack[g])
+    return limit + 2 * hand.tip_radius_m
+
+
+def _sampled_tips(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
+    chains = hand.chains
+    tips = np.zeros((len(joints), 3))
+    tips += chains.tips[f]
+    for j in range(int(chains.counts[f]) - 1, -1, -1):
+        c, s = np.cos(joints[:, j]), np.sin(joints[:, j])
+        x, y = c * tips[:, 0] - s * tips[:, 1], s * tips[:, 0] + c * tips[:, 1]
+        turned = np.column_stack([x, y, tips[:, 2]])
+        tips = turned @ chains.fixed[f, j, :, :3].T + chains.fixed[f, j, :, 3]
+    return tips
+
+
+def _reach(hand: HandModel, f: int, joint: int) -> float:
+    chains = hand.chains
+    lengths = np.linalg.norm(chains.fixed[f, joint + 1 : int(chains.counts[f]), :, 3], axis=1)
+    return float(lengths.sum() + np.linalg.norm(chains.tips[f]))
+
+
+def _sphere_directions(count: int) -> FloatArray:
+    i = np.arange(count)
+    z = 1 - 2 * (i + 0.5) / count
+    angle = i * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z * z)
+    return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
