@@ -9,7 +9,6 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.parameters import FingerDescription
 
-
 LOWER, UPPER, PREFERRED = 0, 1, 2
 
 
@@ -29,7 +28,7 @@ class Chains(NamedTuple):
     """
 
     counts: IntArray
-    index: IntArray
+    index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody needs
     fixed: FloatArray
     tips: FloatArray
     limits: FloatArray
@@ -72,8 +71,8 @@ def extract_chains(
         for k, joint in enumerate(chain):
             if joint in frames:
                 raise HandError(
-                    f"fingers '{fingers[frames[joint][0]].name}' and '{finger.name}' of hand '{hand}' share the "
-                    f"joint '{model.names[joint]}'",
+                    f"fingers '{fingers[frames[joint][0]].name}' and '{finger.name}' of hand '{hand}' share "
+                    f"the joint '{model.names[joint]}'",
                     remedy="describe fingers whose joints are their own",
                 )
             turn = pinocchio.SE3(_align_z(_axis(model, joint, hand)), np.zeros(3))
@@ -103,8 +102,8 @@ def _finger_joints(model: pinocchio.Model, finger: FingerDescription, hand: str)
     names = tuple(model.names[j] for j in support)
     if finger.joints is not None and finger.joints != names:
         raise HandError(
-            f"finger '{finger.name}' of hand '{hand}' lists the joints {', '.join(finger.joints)}, but its tip "
-            f"'{finger.tip}' is moved by {', '.join(names)}",
+            f"finger '{finger.name}' of hand '{hand}' lists the joints {', '.join(finger.joints)}, but its "
+            f"tip '{finger.tip}' is moved by {', '.join(names)}",
             remedy="list these, from palm to tip, or leave the list out",
         )
     return support

@@ -106,7 +106,8 @@ class GraspChecker:
         if bits == 0:
             return ""
         if bits & 1:
-            return f"no wrist pose brings all fingers to the contacts ({posture.tip_error_m * 1e3:.1f} mm are left)"
+            left = f"{posture.tip_error_m * 1e3:.1f} mm are left"
+            return f"no wrist pose brings all fingers to the contacts ({left})"
         clauses = {
             2: "a joint would be at its limit",
             4: "a finger would be near a singularity",
@@ -155,8 +156,12 @@ class GraspChecker:
         grounded = self.ground_height_m is not None
         poses, fingers = rank_starts(
             approach_directions(task.points, task.normals, grounded),
-            task.targets, self._choices(len(task.points)), self._tips, task.limits[HEIGHT], self._starts,
-        )  # fmt: skip
+            task.targets,
+            self._choices(len(task.points)),
+            self._tips,
+            task.limits[HEIGHT],
+            self._starts,
+        )
         preferred = self.hand.chains.limits[:, :, PREFERRED]
         best: tuple[bool, float, int, HandPosture] | None = None
         for pose, chosen in zip(poses, fingers, strict=True):
@@ -191,10 +196,12 @@ class GraspChecker:
             cost = improve(hand.chains, hand.shapes, task, contact_of, pose, joints, system, False, 10)
             if cost > HOPELESS_COST:
                 error = float(np.sqrt(cost)) * 1e-3
-                return 1, -error, self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3))
-        improve(
-            hand.chains, hand.shapes, task, contact_of, pose, joints, system, True, 25 if cold else 10
-        )
+                return (
+                    1,
+                    -error,
+                    self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3)),
+                )
+        improve(hand.chains, hand.shapes, task, contact_of, pose, joints, system, True, 25 if cold else 10)
         quantities = self._settle(task, fingers, pose, joints)
         clearances = np.empty(3)
         measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
@@ -213,11 +220,18 @@ class GraspChecker:
         targets = (task.targets - pose[:, 3]) @ pose[:, :3]
         quantities = np.empty((3, len(fingers)))
         for i, f in enumerate(fingers):
-            finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[:, i : i + 1])
+            finger_ik_batch(
+                chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[:, i : i + 1]
+            )
         return np.array([quantities[0].max(), quantities[1].min(), quantities[2].min()])
 
     def _posture(
-        self, pose: FloatArray, joints: FloatArray, fingers: IntArray, quantities: FloatArray, clearances: FloatArray
+        self,
+        pose: FloatArray,
+        joints: FloatArray,
+        fingers: IntArray,
+        quantities: FloatArray,
+        clearances: FloatArray,
     ) -> HandPosture:
         transform = np.eye(4)
         transform[:3] = pose

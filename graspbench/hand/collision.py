@@ -46,7 +46,12 @@ def place_shapes(shapes: Shapes, f: int, frames: FloatArray, poses: FloatArray) 
 
 @inner
 def place_hand(
-    chains: Chains, shapes: Shapes, joints: FloatArray, frames: FloatArray, tips: FloatArray, poses: FloatArray
+    chains: Chains,
+    shapes: Shapes,
+    joints: FloatArray,
+    frames: FloatArray,
+    tips: FloatArray,
+    poses: FloatArray,
 ) -> None:
     """Compute joint frames, tips and shape poses of the whole hand.
 
@@ -71,7 +76,8 @@ def far_apart(shapes: Shapes, poses: FloatArray, a: int, b: int, distance: float
     for row in range(3):
         square += (poses[a, row, 3] - poses[b, row, 3]) ** 2
     reach = shapes.size[a, BOUND] + shapes.size[b, BOUND] + distance
-    return square > reach * reach
+    apart: bool = square > reach * reach
+    return apart
 
 
 @inner
@@ -124,7 +130,12 @@ def ground_clearance(
 
 @inner
 def nearest_obstacle(
-    shapes: Shapes, poses: FloatArray, s: int, obstacle: FloatArray, exempt: FloatArray, exempt_radius: float,
+    shapes: Shapes,
+    poses: FloatArray,
+    s: int,
+    obstacle: FloatArray,
+    exempt: FloatArray,
+    exempt_radius: float,
     cap: float,
 ) -> tuple[int, float]:
     """Find the object point that is nearest to (or deepest in) one shape.
@@ -182,8 +193,14 @@ def core_depth(
 
 @compiled
 def measure_clearances(
-    chains: Chains, shapes: Shapes, task: Task, contact_of: IntArray, pose: FloatArray, joints: FloatArray,
-    system: System, out: FloatArray,
+    chains: Chains,
+    shapes: Shapes,
+    task: Task,
+    contact_of: IntArray,
+    pose: FloatArray,
+    joints: FloatArray,
+    system: System,
+    out: FloatArray,
 ) -> None:
     """Measure a posture's clearances to the ground, within the hand, and to the object.
 

@@ -10,6 +10,7 @@ ACCURACY_M = 2e-6
 ITERATIONS = 200
 
 Point = tuple[float, float, float]
+Gap = tuple[float, float, float, float, float, float, float]
 
 
 @inner
@@ -66,14 +67,15 @@ def lowest_in_core(kind: int, pose: FloatArray, size: FloatArray, x: float, y: f
 @compiled
 def core_distance(
     kind_a: int, pose_a: FloatArray, size_a: FloatArray, kind_b: int, pose_b: FloatArray, size_b: FloatArray
-) -> tuple[float, float, float, float, float, float, float]:
+) -> Gap:
     """Return the distance of two cores and their nearest points (a, then b); 0 when they overlap.
 
     Projects in turn onto either core, extrapolated (Nesterov) with restarts; stops when the plane between
     the points proves the distance. What is returned is the proven lower bound.
     """
     if kind_a == SEGMENT and kind_b == SEGMENT:
-        return _segment_distance(pose_a, size_a[2], pose_b, size_b[2])
+        proven: Gap = _segment_distance(pose_a, size_a[2], pose_b, size_b[2])
+        return proven
     bx, by, bz = pose_b[0, 3], pose_b[1, 3], pose_b[2, 3]
     ox, oy, oz = bx, by, bz
     ax = ay = az = bound = 0.0
@@ -102,9 +104,7 @@ def core_distance(
 
 
 @inner
-def _segment_distance(
-    pose_a: FloatArray, half_a: float, pose_b: FloatArray, half_b: float
-) -> tuple[float, float, float, float, float, float, float]:
+def _segment_distance(pose_a: FloatArray, half_a: float, pose_b: FloatArray, half_b: float) -> Gap:
     """Closed form for two segments along the z axes of their poses (Ericson 2005, 5.1.9)."""
     gx, gy, gz = pose_b[0, 3] - pose_a[0, 3], pose_b[1, 3] - pose_a[1, 3], pose_b[2, 3] - pose_a[2, 3]
     ux, uy, uz = pose_a[0, 2], pose_a[1, 2], pose_a[2, 2]

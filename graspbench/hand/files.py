@@ -51,7 +51,9 @@ def find_urdf(urdf: str | None, package_dirs: tuple[str, ...], hand: str) -> tup
     raise HandError(
         f"the URDF '{urdf}' of hand '{hand}' does not exist",
         remedy="correct hand.urdf"
-        + (", add its folder to hand.package_dirs, or install its package" if urdf.startswith(SCHEME) else ""),
+        + (
+            ", add its folder to hand.package_dirs, or install its package" if urdf.startswith(SCHEME) else ""
+        ),
         path=urdf,
     )
 

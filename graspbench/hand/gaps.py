@@ -1,4 +1,4 @@
-"""Compiled list of the gaps a hand has to close or to keep: its tips to their targets, its links to all else."""
+"""Compiled list of the gaps a hand has to close (tips to targets) or to keep (links to all else)."""
 
 import math
 
@@ -19,8 +19,17 @@ BUFFER_M = 0.002  # the optimisation aims this far beyond the margins
 
 @inner
 def _add_gap(
-    system: System, count: int, residual: float, weight: float, n: Point, a: Point, b: Point,
-    finger_a: int, link_a: int, finger_b: int, link_b: int,
+    system: System,
+    count: int,
+    residual: float,
+    weight: float,
+    n: Point,
+    a: Point,
+    b: Point,
+    finger_a: int,
+    link_a: int,
+    finger_b: int,
+    link_b: int,
 ) -> int:
     """Append a gap; return how many there are (a full list stays as it is)."""
     if count == system.gaps.shape[0]:
@@ -42,7 +51,11 @@ def collect_tips(
         i = contact_of[f]
         if i < 0:
             continue
-        x, y, z = task.targets[i, 0] - pose[0, 3], task.targets[i, 1] - pose[1, 3], task.targets[i, 2] - pose[2, 3]
+        x, y, z = (
+            task.targets[i, 0] - pose[0, 3],
+            task.targets[i, 1] - pose[1, 3],
+            task.targets[i, 2] - pose[2, 3],
+        )
         target = (
             pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z,
             pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z,
@@ -59,7 +72,13 @@ def collect_tips(
 
 @inner
 def collect_world(
-    chains: Chains, shapes: Shapes, task: Task, contact_of: IntArray, pose: FloatArray, system: System, count: int
+    chains: Chains,
+    shapes: Shapes,
+    task: Task,
+    contact_of: IntArray,
+    pose: FloatArray,
+    system: System,
+    count: int,
 ) -> int:
     """Collect what is too near to the ground, to the contacts' tangent planes and to the object."""
     for row in range(3 * shapes.index.shape[0]):
@@ -86,7 +105,9 @@ def collect_world(
         else:
             wanted = task.limits[OBJECT] + BUFFER_M
             radius = task.limits[EXEMPT] if last else 0.0
-            i, distance = nearest_obstacle(shapes, system.poses, s, system.obstacle, system.exempt, radius, wanted)
+            i, distance = nearest_obstacle(
+                shapes, system.poses, s, system.obstacle, system.exempt, radius, wanted
+            )
             if i < 0:
                 continue
             b = (system.obstacle[i, 0], system.obstacle[i, 1], system.obstacle[i, 2])
@@ -114,9 +135,13 @@ def collect_hand(shapes: Shapes, task: Task, system: System, count: int) -> int:
         if far_apart(shapes, system.poses, s, t, wanted):
             continue
         gap, ax, ay, az, bx, by, bz = core_distance(
-            shapes.index[s, KIND], system.poses[s], shapes.size[s],
-            shapes.index[t, KIND], system.poses[t], shapes.size[t],
-        )  # fmt: skip
+            shapes.index[s, KIND],
+            system.poses[s],
+            shapes.size[s],
+            shapes.index[t, KIND],
+            system.poses[t],
+            shapes.size[t],
+        )
         distance = gap - shapes.size[s, RADIUS] - shapes.size[t, RADIUS]
         if distance >= wanted:
             continue
@@ -128,8 +153,16 @@ def collect_hand(shapes: Shapes, task: Task, system: System, count: int) -> int:
             z = system.poses[s, 2, 3] - system.poses[t, 2, 3]
         length = math.sqrt(x * x + y * y + z * z) + 1e-12
         count = _add_gap(
-            system, count, distance - wanted, CLEARANCE_WEIGHT,
-            (x / length, y / length, z / length), (ax, ay, az), (bx, by, bz),
-            shapes.index[s, FINGER], shapes.index[s, LINK], shapes.index[t, FINGER], shapes.index[t, LINK],
-        )  # fmt: skip
+            system,
+            count,
+            distance - wanted,
+            CLEARANCE_WEIGHT,
+            (x / length, y / length, z / length),
+            (ax, ay, az),
+            (bx, by, bz),
+            shapes.index[s, FINGER],
+            shapes.index[s, LINK],
+            shapes.index[t, FINGER],
+            shapes.index[t, LINK],
+        )
     return count

@@ -57,7 +57,9 @@ def forward(chains: Chains, f: int, joints: FloatArray, frames: FloatArray, tip:
                 a = p * chains.fixed[f, j, 0, 0] + q * chains.fixed[f, j, 1, 0] + r * chains.fixed[f, j, 2, 0]
                 b = p * chains.fixed[f, j, 0, 1] + q * chains.fixed[f, j, 1, 1] + r * chains.fixed[f, j, 2, 1]
                 z = p * chains.fixed[f, j, 0, 2] + q * chains.fixed[f, j, 1, 2] + r * chains.fixed[f, j, 2, 2]
-                origin = p * chains.fixed[f, j, 0, 3] + q * chains.fixed[f, j, 1, 3] + r * chains.fixed[f, j, 2, 3]
+                origin = (
+                    p * chains.fixed[f, j, 0, 3] + q * chains.fixed[f, j, 1, 3] + r * chains.fixed[f, j, 2, 3]
+                )
                 origin += frames[j - 1, row, 3]
             frames[j, row, 0] = c * a + s * b
             frames[j, row, 1] = c * b - s * a
@@ -66,7 +68,10 @@ def forward(chains: Chains, f: int, joints: FloatArray, frames: FloatArray, tip:
     x, y, z = chains.tips[f, 0], chains.tips[f, 1], chains.tips[f, 2]
     for row in range(3):
         tip[row] = (
-            frames[n - 1, row, 0] * x + frames[n - 1, row, 1] * y + frames[n - 1, row, 2] * z + frames[n - 1, row, 3]
+            frames[n - 1, row, 0] * x
+            + frames[n - 1, row, 1] * y
+            + frames[n - 1, row, 2] * z
+            + frames[n - 1, row, 3]
         )
 
 
@@ -129,7 +134,12 @@ def joint_margin(chains: Chains, f: int, joints: FloatArray) -> float:
 
 @inner
 def _damped_step(
-    count: int, jacobian: FloatArray, gap: FloatArray, secondary: FloatArray, free: BoolArray, damping: float,
+    count: int,
+    jacobian: FloatArray,
+    gap: FloatArray,
+    secondary: FloatArray,
+    free: BoolArray,
+    damping: float,
     step: FloatArray,
 ) -> None:
     """Set ``step`` to secondary + J^T (J J^T + damping)^-1 (gap - J secondary) over the free joints."""
@@ -157,7 +167,12 @@ def _damped_step(
 
 @inner
 def finger_ik(
-    chains: Chains, f: int, target: FloatArray, joints: FloatArray, frames: FloatArray, jacobian: FloatArray,
+    chains: Chains,
+    f: int,
+    target: FloatArray,
+    joints: FloatArray,
+    frames: FloatArray,
+    jacobian: FloatArray,
     centring: float,
 ) -> float:
     """Bring the tip of finger ``f`` to a target by damped least squares within the joint limits.

@@ -190,7 +190,9 @@ def _load(key: _Key) -> HandModel:
     found = shapes.extract_shapes(
         model, geometry, data, transform, frames, chains.tips, chains.counts, parameters.tip_radius_m
     )
-    found = shapes.with_pairs(found, _shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED])))
+    found = shapes.with_pairs(
+        found, _shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
+    )
     return HandModel(
         name=parameters.name,
         finger_names=tuple(finger.name for finger in used),
@@ -268,7 +270,8 @@ def _palm_placement(model: pinocchio.Model, palm: PalmDescription, hand: str) ->
     frame = model.frames[model.getFrameId(palm.link)]
     if frame.parentJoint != 0:
         raise HandError(
-            f"the palm link '{palm.link}' of hand '{hand}' is moved by joint '{model.names[frame.parentJoint]}'",
+            f"the palm link '{palm.link}' of hand '{hand}' is moved by joint "
+            f"'{model.names[frame.parentJoint]}'",
             remedy="choose a link fixed to the root link",
         )
     rotation = pinocchio.rpy.rpyToMatrix(np.radians(palm.rpy_deg))
@@ -291,7 +294,7 @@ def _rest(model: pinocchio.Model, fingers: tuple[FingerDescription, ...]) -> Flo
 
 
 def _frames(chains: Chains, joints: FloatArray) -> FloatArray:
-    """Return the joint frames of all fingers, shape (f, k, 3, 4), in NumPy: a reference, and quick to load."""
+    """Return the joint frames of all fingers, shape (f, k, 3, 4), in NumPy: quick to load."""
     n, k = joints.shape
     frames = np.zeros((n, k, 4, 4))
     before = np.tile(np.eye(4), (n, 1, 1))

@@ -12,7 +12,9 @@ Vector3 = tuple[float, float, float]
 class Margins:
     """What a posture has to keep to count as feasible."""
 
-    ground_m: Annotated[float, Field(ge=0, description="Least distance from the hand to the ground, m")] = 0.002
+    ground_m: Annotated[float, Field(ge=0, description="Least distance from the hand to the ground, m")] = (
+        0.002
+    )
     hand_m: Annotated[
         float, Field(ge=0, description="Least distance between fingers, and from them to the palm, m")
     ] = 0.001
@@ -51,7 +53,8 @@ class FingerDescription:
         tuple[float, ...] | None, Field(description="Preferred joints of a grasp, deg; null: mid-range")
     ] = None
     rest_deg: Annotated[
-        tuple[float, ...] | None, Field(description="Joints while the finger is not used, deg; null: preferred")
+        tuple[float, ...] | None,
+        Field(description="Joints while the finger is not used, deg; null: preferred"),
     ] = None
 
 
@@ -86,14 +89,20 @@ class HandParameters:
     velocity_limit_deg: Annotated[
         float, Field(gt=0, description="Velocity limit of every joint (radial), deg/s")
     ] = 180.0
-    effort_limit_nm: Annotated[float, Field(gt=0, description="Torque limit of every joint (radial), N m")] = 2.0
-    density_kg_m3: Annotated[float, Field(gt=0, description="Density of palm and links (radial), kg/m^3")] = 1500.0
+    effort_limit_nm: Annotated[
+        float, Field(gt=0, description="Torque limit of every joint (radial), N m")
+    ] = 2.0
+    density_kg_m3: Annotated[float, Field(gt=0, description="Density of palm and links (radial), kg/m^3")] = (
+        1500.0
+    )
 
     urdf: Annotated[
-        str | None, Field(description="URDF file (urdf): a path, or package://PACKAGE/PATH of an installed package")
+        str | None,
+        Field(description="URDF file (urdf): a path, or package://PACKAGE/PATH of an installed package"),
     ] = None
     package_dirs: Annotated[
-        tuple[str, ...], Field(description="Folders to look for package:// files in, besides the installed ones")
+        tuple[str, ...],
+        Field(description="Folders to look for package:// files in, besides the installed ones"),
     ] = ()
     palm: Annotated[PalmDescription, Field(description="Palm frame (urdf)")] = field(
         default_factory=PalmDescription

@@ -43,7 +43,11 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
             if f == WORLD:
                 # What rests in the world falls behind a moving palm, hence the two minus signs.
                 system.row[0], system.row[1], system.row[2] = x, y, z
-                system.row[3], system.row[4], system.row[5] = py * z - pz * y, pz * x - px * z, px * y - py * x
+                system.row[3], system.row[4], system.row[5] = (
+                    py * z - pz * y,
+                    pz * x - px * z,
+                    px * y - py * x,
+                )
             elif f >= 0:
                 for j in range(link + 1):
                     u, v, w = system.frames[f, j, 0, 2], system.frames[f, j, 1, 2], system.frames[f, j, 2, 2]
@@ -135,8 +139,15 @@ def _copy(source: FloatArray, target: FloatArray) -> None:
 
 @compiled
 def improve(
-    chains: Chains, shapes: Shapes, task: Task, contact_of: IntArray, pose: FloatArray, joints: FloatArray,
-    system: System, avoid: bool, iterations: int,
+    chains: Chains,
+    shapes: Shapes,
+    task: Task,
+    contact_of: IntArray,
+    pose: FloatArray,
+    joints: FloatArray,
+    system: System,
+    avoid: bool,
+    iterations: int,
 ) -> float:
     """Levenberg-Marquardt on wrist pose and joints, in place.
 

@@ -108,9 +108,9 @@ def _check(p: HandParameters) -> None:
     for joint, low, high, posture in zip(JOINTS, p.lower_deg, p.upper_deg, p.posture_deg, strict=True):
         if not low < posture < high:
             raise HandError(
-                f"the radial hand's {joint} joint has limits {low:g} to {high:g} deg and the preferred posture "
-                f"{posture:g} deg",
-                remedy="order them lower < posture < upper in hand.lower_deg, hand.posture_deg, hand.upper_deg",
+                f"the radial hand's {joint} joint has limits {low:g} to {high:g} deg and the preferred "
+                f"posture {posture:g} deg",
+                remedy="keep hand.posture_deg between hand.lower_deg and hand.upper_deg",
             )
     gap = 2 * p.palm_radius_m * math.sin(math.pi / p.fingers) - 2 * p.link_radius_m
     if gap < 0.005:
@@ -202,7 +202,8 @@ def _joint(
         f'<parent link="{parent}"/><child link="{child}"/>'
         f'<origin xyz="{_n(xyz[0])} {_n(xyz[1])} {_n(xyz[2])}" rpy="0 0 {_n(yaw)}"/><axis xyz="{axis}"/>'
         f'<limit lower="{_n(low)}" upper="{_n(high)}" effort="{_n(p.effort_limit_nm)}" '
-        f'velocity="{_n(math.radians(p.velocity_limit_deg))}"/><dynamics damping="0.01" friction="0"/></joint>'
+        f'velocity="{_n(math.radians(p.velocity_limit_deg))}"/>'
+        '<dynamics damping="0.01" friction="0"/></joint>'
     ]
 
 

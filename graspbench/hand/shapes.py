@@ -29,7 +29,7 @@ class Shapes(NamedTuple):
         pairs: Pairs of shapes that must not touch, shape (p, 2).
     """
 
-    index: IntArray
+    index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody needs
     local: FloatArray
     size: FloatArray
     pairs: IntArray
@@ -123,7 +123,12 @@ def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
                 continue
             candidates.append((a, b))
             distance = core_distance(
-                shapes.index[a, KIND], poses[a], shapes.size[a], shapes.index[b, KIND], poses[b], shapes.size[b]
+                shapes.index[a, KIND],
+                poses[a],
+                shapes.size[a],
+                shapes.index[b, KIND],
+                poses[b],
+                shapes.size[b],
             )[0]
             if related and distance < shapes.size[a, RADIUS] + shapes.size[b, RADIUS]:
                 overlapping.add((bodies[a], bodies[b]))

@@ -49,7 +49,12 @@ def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool)
 
 
 def rank_starts(
-    directions: FloatArray, targets: FloatArray, assignments: IntArray, tips: FloatArray, height: float, count: int
+    directions: FloatArray,
+    targets: FloatArray,
+    assignments: IntArray,
+    tips: FloatArray,
+    height: float,
+    count: int,
 ) -> tuple[FloatArray, IntArray]:
     """Fit the tips of the preferred posture to their targets along every direction; keep the best fits.
 
