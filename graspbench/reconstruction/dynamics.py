@@ -3,13 +3,18 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.compilation import compiled
 from graspbench.reconstruction.parameters import SurfaceParameters
-from graspbench.reconstruction.visual_hull import HullFields, excluding_view, hull_distance
+from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_distance
 
 VELOCITY_RESET, OVERDAMPED, DAMPED = range(3)
+SETTLED_M = 1e-6
+
+SLACK = 0.8
+"""Share of the distance in the images that a node may surely go: perspective stretches distances."""
+
 READINGS = {"velocity_reset": VELOCITY_RESET, "overdamped": OVERDAMPED, "damped": DAMPED}
 
 
@@ -36,7 +41,11 @@ class State(NamedTuple):
         forces: Work space, shape (n_s, 3).
         pulls: Scale alpha of each node's pull, shape (n_s,).
         crossings: How often each node crossed the hull's border, shape (n_s,).
-        excluders: View that excluded the node last, n_img for the ground, -1 when inside, shape (n_s,).
+        crossed: The view whose border each node crossed last, shape (n_s,).
+        excluder: The view that excludes each node, n_img for the ground, -1 inside the hull, shape (n_s,).
+        way: Length of each node's path so far (m), shape (n_s,).
+        due: Path length at which the node's side of the hull's border must be looked up, shape (n_s,).
+        view_due: The same for each single view's border, shape (n_s, n_img + 1).
         before: Positions before each node's last crossing, shape (n_s, 3).
         after: Positions after each node's last crossing, shape (n_s, 3).
         quiet: Number of small steps in a row, shape (1,).
@@ -48,7 +57,11 @@ class State(NamedTuple):
     forces: FloatArray
     pulls: FloatArray
     crossings: IntArray
-    excluders: IntArray
+    crossed: IntArray
+    excluder: IntArray
+    way: FloatArray
+    due: FloatArray
+    view_due: FloatArray
     before: FloatArray
     after: FloatArray
     quiet: IntArray
@@ -70,8 +83,8 @@ def law_of(parameters: SurfaceParameters) -> Law:
     )
 
 
-def initial_state(points: FloatArray) -> State:
-    """Return the state of nodes at rest outside the hull."""
+def initial_state(points: FloatArray, views: int) -> State:
+    """Return the state of nodes at rest outside the hull of a number of views."""
     size = len(points)
     return State(
         points.copy(),
@@ -80,6 +93,10 @@ def initial_state(points: FloatArray) -> State:
         np.ones(size),
         np.zeros(size, dtype=np.int64),
         np.zeros(size, dtype=np.int64),
+        np.zeros(size, dtype=np.int64),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, views + 1)),
         points.copy(),
         points.copy(),
         np.zeros(1, dtype=np.int64),
@@ -87,7 +104,7 @@ def initial_state(points: FloatArray) -> State:
     )
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@compiled
 def advance(
     state: State,
     law: Law,
@@ -117,81 +134,113 @@ def advance(
     return steps
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _sum_forces(
     state: State, law: Law, link_start: IntArray, link_nodes: IntArray, centre: FloatArray
 ) -> None:
     points, forces = state.points, state.forces
+    cx, cy, cz = centre[0], centre[1], centre[2]
     for a in range(len(points)):
         x, y, z = points[a, 0], points[a, 1], points[a, 2]
-        tx, ty, tz = centre[0] - x, centre[1] - y, centre[2] - z
+        tx, ty, tz = cx - x, cy - y, cz - z
         distance = np.sqrt(tx * tx + ty * ty + tz * tz)
         scale = state.pulls[a] * law.pull / distance if distance > 0.0 else 0.0
         sx = sy = sz = 0.0
-        for k in range(link_start[a], link_start[a + 1]):
-            b = link_nodes[k]
-            sx += points[b, 0] - x
-            sy += points[b, 1] - y
-            sz += points[b, 2] - z
+        if law.stiffness > 0.0:
+            for k in range(link_start[a], link_start[a + 1]):
+                b = link_nodes[k]
+                sx += points[b, 0] - x
+                sy += points[b, 1] - y
+                sz += points[b, 2] - z
         forces[a, 0] = scale * tx + law.stiffness * sx
         forces[a, 1] = scale * ty + law.stiffness * sy
         forces[a, 2] = scale * tz + law.stiffness * sz
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _move(state: State, law: Law, fields: HullFields) -> float:
     """Take one semi-implicit Euler step; return the square of its largest motion."""
-    points, velocities = state.points, state.velocities
-    outside = len(fields.starts)
-    inverse = 1.0 / (1.0 + law.step * law.damping / law.mass)
+    points, velocities, forces = state.points, state.velocities, state.forces
+    before, after, pulls, crossings = state.before, state.after, state.pulls, state.crossings
+    excluder, way, due, view_due = state.excluder, state.way, state.due, state.view_due
+    crossed, views = state.crossed, len(fields.starts)
+    keep = 1.0 / (1.0 + law.step * law.damping / law.mass)
+    gain = law.step / law.mass * keep
+    if law.reading == OVERDAMPED:
+        keep, gain = 0.0, 1.0 / law.damping
     largest = 0.0
     for a in range(len(points)):
-        for k in range(3):
-            if law.reading == OVERDAMPED:
-                velocities[a, k] = state.forces[a, k] / law.damping
-            else:
-                velocities[a, k] = (velocities[a, k] + law.step * state.forces[a, k] / law.mass) * inverse
-        dx, dy, dz = law.step * velocities[a, 0], law.step * velocities[a, 1], law.step * velocities[a, 2]
+        vx = velocities[a, 0] * keep + forces[a, 0] * gain
+        vy = velocities[a, 1] * keep + forces[a, 1] * gain
+        vz = velocities[a, 2] * keep + forces[a, 2] * gain
+        dx, dy, dz = law.step * vx, law.step * vy, law.step * vz
+        square = dx * dx + dy * dy + dz * dz
+        largest = max(largest, square)
         x, y, z = points[a, 0] + dx, points[a, 1] + dy, points[a, 2] + dz
-        largest = max(largest, dx * dx + dy * dy + dz * dz)
-        was = state.excluders[a]
-        now = excluding_view(fields, x, y, z, was if was >= 0 else outside)
-        if (now < 0) != (was < 0):
-            state.before[a] = points[a]
-            state.after[a, 0], state.after[a, 1], state.after[a, 2] = x, y, z
-            state.pulls[a] *= -law.decay
-            state.crossings[a] += 1
-            if law.reading == VELOCITY_RESET:
-                velocities[a] = 0.0
-        state.excluders[a] = now
+        way[a] += np.sqrt(square)
+        if way[a] >= due[a]:
+            # Written out here: handing all these arrays to a function costs more than the look.
+            was = excluder[a]
+            now = -1
+            if was >= 0:
+                distance = view_distance(fields, was, x, y, z)
+                due[a] = view_due[a, was] = way[a] + SLACK * abs(distance)
+                if distance > 0.0:
+                    now = was
+            if now < 0:
+                due[a] = np.inf
+                for view in range(views + 1):
+                    if view_due[a, view] <= way[a]:
+                        distance = view_distance(fields, view, x, y, z)
+                        view_due[a, view] = way[a] + SLACK * abs(distance)
+                        if distance > 0.0:
+                            now = view
+                            due[a] = view_due[a, view]
+                            break
+                    due[a] = min(due[a], view_due[a, view])
+            excluder[a] = now
+            if (now < 0) != (was < 0):
+                for k in range(3):
+                    before[a, k] = points[a, k]
+                after[a, 0], after[a, 1], after[a, 2] = x, y, z
+                pulls[a] *= -law.decay
+                crossings[a] += 1
+                crossed[a] = max(was, now)
+                if law.reading == VELOCITY_RESET:
+                    vx = vy = vz = 0.0
+        velocities[a, 0], velocities[a, 1], velocities[a, 2] = vx, vy, vz
         points[a, 0], points[a, 1], points[a, 2] = x, y, z
     return largest
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@compiled
 def settle(state: State, fields: HullFields) -> None:
     """Put each node where the hull's border cuts its last crossing (regula falsi)."""
-    for a in range(len(state.points)):
-        p, q = state.before[a], state.after[a]
-        low = hull_distance(fields, p[0], p[1], p[2])
-        high = hull_distance(fields, q[0], q[1], q[2])
+    before, after, points = state.before, state.after, state.points
+    for a in range(len(points)):
+        view = state.crossed[a]
+        low = view_distance(fields, view, before[a, 0], before[a, 1], before[a, 2])
+        high = view_distance(fields, view, after[a, 0], after[a, 1], after[a, 2])
         s, t = 0.0, 1.0
-        for _ in range(3):
-            if low == high:
+        for _ in range(4):
+            m = s + (t - s) * low / (low - high) if low != high else 0.5
+            for k in range(3):
+                points[a, k] = before[a, k] + m * (after[a, k] - before[a, k])
+            critical, value = critical_view(fields, points[a, 0], points[a, 1], points[a, 2])
+            if abs(value) < SETTLED_M or low == high:
                 break
-            m = s + (t - s) * low / (low - high)
-            x = p[0] + m * (q[0] - p[0])
-            y = p[1] + m * (q[1] - p[1])
-            z = p[2] + m * (q[2] - p[2])
-            state.points[a, 0], state.points[a, 1], state.points[a, 2] = x, y, z
-            value = hull_distance(fields, x, y, z)
-            if (value < 0.0) == (low < 0.0):
+            if critical != view:
+                # Another silhouette's border is crossed first: start again with that one.
+                view, s, t = critical, 0.0, 1.0
+                low = view_distance(fields, view, before[a, 0], before[a, 1], before[a, 2])
+                high = view_distance(fields, view, after[a, 0], after[a, 1], after[a, 2])
+            elif (value < 0.0) == (low < 0.0):
                 s, low = m, value
             else:
                 t, high = m, value
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@compiled
 def energy(state: State, law: Law, link_start: IntArray, link_nodes: IntArray) -> float:
     """Return the kinetic energy of the nodes and the elastic energy of the links (J)."""
     kinetic = 0.0

@@ -48,7 +48,7 @@ def reconstruct(
         centre = triangulate_centre(silhouettes)
     network = network_of(parameters)
     ellipsoid = preshape(silhouettes, centre, parameters)
-    state = initial_state(sample_ellipsoid(ellipsoid, network, parameters.pole_thinning))
+    state = initial_state(sample_ellipsoid(ellipsoid, network, parameters.pole_thinning), len(silhouettes))
     law = law_of(parameters)
     yield snapshot(state.points, network, 0, at_rest=False, parameters=parameters)
     done = 0

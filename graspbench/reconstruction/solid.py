@@ -1,9 +1,9 @@
 """Integrals and normals of a closed triangulated surface."""
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.compilation import compiled
 from graspbench.reconstruction.network import SurfaceNetwork
 
 
@@ -36,7 +36,7 @@ def vertex_normals(points: FloatArray, network: SurfaceNetwork, *, smoothing: in
     return normals
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _volume_and_centroid(points: FloatArray, faces: IntArray, centroid: FloatArray) -> float:
     origin = points[0]
     volume = 0.0
@@ -58,7 +58,7 @@ def _volume_and_centroid(points: FloatArray, faces: IntArray, centroid: FloatArr
     return volume / 6.0
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _face_sums(points: FloatArray, faces: IntArray, normals: FloatArray) -> None:
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -78,7 +78,7 @@ def _face_sums(points: FloatArray, faces: IntArray, normals: FloatArray) -> None
         _normalise(normals, a)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _average(
     points: FloatArray, normals: FloatArray, start: IntArray, contour: IntArray, averaged: FloatArray
 ) -> None:
@@ -108,7 +108,7 @@ def _average(
         _normalise(averaged, a)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _normalise(vectors: FloatArray, a: int) -> None:
     x, y, z = vectors[a, 0], vectors[a, 1], vectors[a, 2]
     length = np.sqrt(x * x + y * y + z * z)

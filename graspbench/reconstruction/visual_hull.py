@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import Camera
+from graspbench.reconstruction.compilation import compiled
 
 if TYPE_CHECKING:
     from graspbench.perception.silhouette import Silhouette
@@ -31,10 +31,11 @@ class HullFields(NamedTuple):
     """The distance fields as the compiled loops read them.
 
     Attributes:
-        projections: World point to homogeneous position on each field's grid, shape (n_img, 3, 4).
+        projections: World point to homogeneous position on each field's grid, the 12 numbers of a
+            (3, 4) matrix one after the other, shape (12 n_img,).
         metres_per_pixel: Per unit of depth, shape (n_img,).
         starts: Offset of each field in ``values``, shape (n_img,).
-        sizes: Rows and columns of each field, shape (n_img, 2).
+        sizes: Rows and columns of each field, shape (2 n_img,).
         values: Signed distances in pixels, negative inside; all fields one after the other.
         ground_m: Height of the ground plane; minus infinity for none.
     """
@@ -98,16 +99,16 @@ def _build_fields(silhouettes: "tuple[Silhouette, ...]", ground: bool, smoothing
         values, row, column = _distance_field(silhouette, smoothing_px)
         camera = silhouette.camera
         # Sample (r, c) of the field is the centre of a pixel, half a pixel from its corner.
-        projections.append(_projection(camera, column + 0.5, row + 0.5))
+        projections.append(_projection(camera, column + 0.5, row + 0.5).ravel())
         scales.append(2.0 / (camera.intrinsics.fx + camera.intrinsics.fy))
         sizes.append(values.shape)
         fields.append(values.ravel())
     lengths = [len(values) for values in fields]
     return HullFields(
-        np.array(projections),
+        np.concatenate(projections),
         np.array(scales),
         np.cumsum([0, *lengths[:-1]]).astype(np.int64),
-        np.array(sizes, dtype=np.int64),
+        np.array(sizes, dtype=np.int64).ravel(),
         np.concatenate(fields),
         0.0 if ground else -np.inf,
     )
@@ -147,32 +148,41 @@ def _projection(camera: Camera, u_origin: float, v_origin: float) -> FloatArray:
     return matrix
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def view_distance(fields: HullFields, view: int, x: float, y: float, z: float) -> float:
-    """Return the signed distance (m) of a point to the cone of one silhouette, negative inside."""
-    p = fields.projections[view]
-    depth = p[2, 0] * x + p[2, 1] * y + p[2, 2] * z + p[2, 3]
+    """Return the signed distance (m) of a point to the cone of one silhouette, negative inside.
+
+    View n_img is the ground.
+    """
+    if view == len(fields.starts):
+        return fields.ground_m - z
+    p = fields.projections
+    k = 12 * view
+    depth = p[k + 8] * x + p[k + 9] * y + p[k + 10] * z + p[k + 11]
     if depth <= 0.0:
         return BEHIND_CAMERA_M
-    height = fields.sizes[view, 0]
-    width = fields.sizes[view, 1]
-    u = (p[0, 0] * x + p[0, 1] * y + p[0, 2] * z + p[0, 3]) / depth
-    v = (p[1, 0] * x + p[1, 1] * y + p[1, 2] * z + p[1, 3]) / depth
-    u_near = min(max(u, 0.0), width - 1.0)
-    v_near = min(max(v, 0.0), height - 1.0)
-    c = min(int(u_near), width - 2)
-    r = min(int(v_near), height - 2)
+    inverse = 1.0 / depth
+    u = (p[k] * x + p[k + 1] * y + p[k + 2] * z + p[k + 3]) * inverse
+    v = (p[k + 4] * x + p[k + 5] * y + p[k + 6] * z + p[k + 7]) * inverse
+    last_column = fields.sizes[2 * view + 1] - 1
+    last_row = fields.sizes[2 * view] - 1
+    u_near = min(max(u, 0.0), float(last_column))
+    v_near = min(max(v, 0.0), float(last_row))
+    c = min(int(u_near), last_column - 1)
+    r = min(int(v_near), last_row - 1)
     s, t = u_near - c, v_near - r
-    k = fields.starts[view] + r * width + c
-    above = fields.values[k] * (1.0 - s) + fields.values[k + 1] * s
-    below = fields.values[k + width] * (1.0 - s) + fields.values[k + width + 1] * s
-    pixels = above * (1.0 - t) + below * t
+    first = fields.starts[view] + r * (last_column + 1) + c
+    below = first + last_column + 1
+    values = fields.values
+    pixels = (values[first] * (1.0 - s) + values[first + 1] * s) * (1.0 - t) + (
+        values[below] * (1.0 - s) + values[below + 1] * s
+    ) * t
     if u_near != u or v_near != v:
         pixels += np.sqrt((u - u_near) ** 2 + (v - v_near) ** 2)
     return pixels * depth * fields.metres_per_pixel[view]
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def hull_distance(fields: HullFields, x: float, y: float, z: float) -> float:
     """Return the signed distance (m) of a point to the visual hull, negative inside."""
     largest = fields.ground_m - z
@@ -181,29 +191,18 @@ def hull_distance(fields: HullFields, x: float, y: float, z: float) -> float:
     return largest
 
 
-@njit(cache=True)  # type: ignore[misc]
-def excluding_view(fields: HullFields, x: float, y: float, z: float, likely: int) -> int:
-    """Return a view whose silhouette excludes the point; n_img for the ground, -1 if none does.
-
-    Args:
-        fields: The hull.
-        x: World coordinate of the point.
-        y: World coordinate of the point.
-        z: World coordinate of the point.
-        likely: The view to ask first, such as the one that excluded a point near by.
-    """
-    count = len(fields.starts)
-    if likely < count and view_distance(fields, likely, x, y, z) > 0.0:
-        return likely
-    if z < fields.ground_m:
-        return count
-    for view in range(count):
-        if view != likely and view_distance(fields, view, x, y, z) > 0.0:
-            return view
-    return -1
+@compiled
+def critical_view(fields: HullFields, x: float, y: float, z: float) -> tuple[int, float]:
+    """Return the view that decides about a point (n_img: the ground) and the hull's signed distance (m)."""
+    critical, largest = len(fields.starts), fields.ground_m - z
+    for view in range(len(fields.starts)):
+        distance = view_distance(fields, view, x, y, z)
+        if distance > largest:
+            critical, largest = view, distance
+    return critical, largest
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _signed_distances(fields: HullFields, points: FloatArray, distances: FloatArray) -> None:
     for a in range(len(points)):
         distances[a] = hull_distance(fields, points[a, 0], points[a, 1], points[a, 2])
