@@ -10,21 +10,20 @@ from graspbench.simulation.execution import ExecutionParameters, ExecutionResult
 from graspbench.simulation.scene import SceneParameters
 
 if TYPE_CHECKING:
-    from graspbench.simulation.capture import EyeInHand, capture
+    from graspbench.simulation.capture import EyeInHand
     from graspbench.simulation.execute import execute
     from graspbench.simulation.world import World
 
 __all__ = [
-    "EyeInHand",
     "ExecutionParameters",
     "ExecutionResult",
+    "EyeInHand",
     "SceneParameters",
     "World",
-    "capture",
     "execute",
 ]
 
-_HOMES = {"EyeInHand": "capture", "capture": "capture", "World": "world", "execute": "execute"}
+_HOMES = {"EyeInHand": "capture", "World": "world", "execute": "execute"}
 
 
 def __getattr__(name: str) -> Any:
