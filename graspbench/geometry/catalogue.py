@@ -147,9 +147,9 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
         MeshError: A mesh cannot be used; the sentence says why.
     """
     entry, name, body = _find(parameters)
-    turn = parameters.scale * rotation_to_z(parameters.up)
+    turn = rotation_to_z(parameters.up)
     vertices, faces, report = inspect(
-        np.asarray(body.mesh.vertices) @ turn.T, np.asarray(body.mesh.faces), name
+        np.asarray(body.mesh.vertices) @ turn.T, np.asarray(body.mesh.faces), name, trusted=True
     )
     report = replace(
         report, repairs=(*body.repairs, *report.repairs), warnings=(*body.warnings, *report.warnings)
@@ -199,7 +199,14 @@ def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
         description["id"] = parameters.id
     if "id" in description:
         name = f"{name}_{description['id']}"
-    return entry, name, _build(_frozen(description))
+    body = _build(_frozen(description))
+    return entry, name, body if parameters.scale == 1.0 else _scaled(body, parameters.scale)
+
+
+def _scaled(body: Body, factor: float) -> Body:
+    linear = factor * np.eye(3)
+    parts = None if body.parts is None else tuple(moved(part, linear) for part in body.parts)
+    return replace(body, mesh=moved(body.mesh, linear), parts=parts)
 
 
 @lru_cache(maxsize=64)

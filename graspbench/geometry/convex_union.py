@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,20 +52,36 @@ def read_obj_parts(path: Path) -> list[FloatArray]:
         ) from None
 
 
-def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
+def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: Sequence[float], name: str) -> Body:
     """Return the union of the convex hulls of some point sets, each grown a little.
 
     Parts that were cut from one body share faces without overlapping, so that their plain union falls
-    apart; growing each by a fraction of a millimetre joins them.
+    apart or is riddled with slits; growing each by a fraction of a millimetre joins them.
 
     Args:
         parts: Vertices of each part, shapes (n_i, 3), m.
-        inflate_m: How far each part's vertices move out along their normals, m.
+        inflate_m: How far each part's vertices move out along their normals, m; the next value is tried
+            when the parts do not form one body of genus 0 with the one before.
         name: What to call the object in errors.
 
     Raises:
-        MeshError: The parts stay apart, or enclose a tunnel or a cavity.
+        MeshError: The parts stay apart, or a hole leads through their union.
     """
+    first: MeshError | None = None
+    for distance in inflate_m:
+        try:
+            body = _unite(parts, distance, name)
+        except MeshError as error:
+            first = first or error
+            continue
+        if first is not None:
+            grown = f"the convex parts were grown by {1e3 * distance:g} mm to join them"
+            return replace(body, repairs=(grown, *body.repairs))
+        return body
+    raise first or MeshError(f"{name} has no convex parts", object=name)
+
+
+def _unite(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
     import manifold3d
 
     grown = [_grown_hull(points, inflate_m) for points in parts]
@@ -73,29 +90,34 @@ def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: float, name: str)
     if len(hulls) < len(parts):
         repairs.append(f"{len(parts) - len(hulls)} flat parts were left out")
     if not hulls:
-        raise MeshError(f"{name} has no part that encloses a volume", object=name)
-    union = manifold3d.Manifold.batch_boolean(hulls, manifold3d.OpType.Add).simplify(_WELD_M)
-    bodies = union.decompose()
-    outer = [body for body in bodies if body.volume() > 0.0]
-    if len(outer) > 1:
         raise MeshError(
-            f"the {len(hulls)} convex parts of {name} form {len(outer)} separate bodies",
+            f"{name} has no part that encloses a volume",
             remedy="choose another object",
+            kind="flat",
             object=name,
-            bodies=len(outer),
         )
+    union = manifold3d.Manifold.batch_boolean(hulls, manifold3d.OpType.Add).simplify(_WELD_M)
+    shells = union.decompose()
+    bodies = [shell for shell in shells if shell.volume() > 0.0]
     if len(bodies) > 1:
         raise MeshError(
-            f"the convex parts of {name} enclose a cavity", remedy="choose another object", object=name
-        )
-    if (genus := union.genus()) != 0:
-        raise MeshError(
-            f"the union of {name}'s convex parts has {genus} hole(s) through it (genus {genus})",
+            f"the {len(hulls)} convex parts of {name} form {len(bodies)} separate bodies",
             remedy="choose another object",
+            kind="bodies",
+            object=name,
+            bodies=len(bodies),
+        )
+    if len(shells) > 1:
+        repairs.append(f"{len(shells) - 1} cavities were filled")
+    if (genus := bodies[0].genus()) != 0:
+        raise MeshError(
+            f"{'a hole leads' if genus == 1 else f'{genus} holes lead'} through {name} (genus {genus})",
+            remedy="choose another object",
+            kind="genus",
             object=name,
             genus=genus,
         )
-    return Body(from_manifold(union), tuple(from_manifold(hull) for hull in hulls), tuple(repairs))
+    return Body(from_manifold(bodies[0]), tuple(from_manifold(hull) for hull in hulls), tuple(repairs))
 
 
 def hull_mesh(points: FloatArray) -> trimesh.Trimesh:

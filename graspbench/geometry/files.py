@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,8 @@ from graspbench.geometry.body import Body
 from graspbench.geometry.inspection import inspect
 from graspbench.geometry.mesh import make_mesh
 from graspbench.geometry.reading import FORMATS, read_mesh
+from graspbench.geometry.repair import repair as repair_arrays
+from graspbench.geometry.simplification import MAX_KEPT_TRIANGLES, simplify
 
 if TYPE_CHECKING:
     import trimesh
@@ -29,12 +32,41 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
 
 
 def load_body(path: Path, scale: float, repair: bool) -> Body:
-    """Return a mesh file as a body in the file's own units; ``scale`` (m per unit) is only judged by."""
+    """Return a mesh file as a body in metres; arguments and errors as :func:`load_mesh`.
+
+    Args:
+        path: The file.
+        scale: Metres per unit of the file.
+        repair: Whether to close holes, join bodies and drop stray ones instead of refusing the mesh.
+    """
+    try:
+        stamp = path.stat()
+    except OSError:
+        return _load(path, scale, repair, 0, 0)
+    return _load(path, scale, repair, stamp.st_mtime_ns, stamp.st_size)
+
+
+@lru_cache(maxsize=32)
+def _load(path: Path, scale: float, repair: bool, changed_ns: int, size: int) -> Body:
+    """Load a file once per process, and again when it has changed."""
     vertices, faces = read_mesh(path)
-    vertices, faces, report = inspect(vertices * scale, faces, path.name)
-    if not report.usable:
-        raise report.error()
-    return Body(make_mesh(vertices / scale, faces), None, report.repairs, report.warnings)
+    vertices = vertices * scale
+    repairs: tuple[str, ...] = ()
+    if len(faces) > MAX_KEPT_TRIANGLES:
+        before = len(faces)
+        vertices, faces, report = inspect(vertices, faces, path.name, trusted=True)
+        if report.usable:
+            vertices, faces, collapsed_m = simplify(vertices, faces)
+            repairs = (
+                f"simplified from {before} to {len(faces)} triangles (edges of {1e3 * collapsed_m:.2g} mm)",
+            )
+    if repair:
+        vertices, faces, report = repair_arrays(vertices, faces, path.name)
+    else:
+        vertices, faces, report = inspect(vertices, faces, path.name)
+        if not report.usable:
+            raise report.error()
+    return Body(make_mesh(vertices, faces), None, (*repairs, *report.repairs), report.warnings)
 
 
 def pick_from_folder(folder: Path, which: int | str | None) -> tuple[Path, str]:

@@ -11,6 +11,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
+from graspbench.geometry.intersections import self_intersections
 from graspbench.geometry.reading import read_mesh
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ class MeshReport:
         genus: Handles over all bodies; None for a surface that is open or has one side only.
         extents_m: Size of the bounding box.
         volume_m3: Enclosed volume; None for a surface that is not closed.
+        self_intersecting: Triangles that pierce others; 0 also where this was not looked for.
     """
 
     name: str
@@ -72,6 +74,7 @@ class MeshReport:
     genus: int | None = None
     extents_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     volume_m3: float | None = None
+    self_intersecting: int = 0
 
     def error(self) -> MeshError:
         """Return the first problem as an error that carries the report."""
@@ -105,7 +108,9 @@ def arrays_of(mesh: str | Path | trimesh.Trimesh) -> tuple[FloatArray, IntArray]
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
 
 
-def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray, IntArray, MeshReport]:
+def inspect(
+    vertices: FloatArray, faces: IntArray, name: str, *, trusted: bool = False
+) -> tuple[FloatArray, IntArray, MeshReport]:
     """Clean a triangle set without changing its shape, and report on it.
 
     Cleaning welds coinciding vertices, drops degenerate and duplicate triangles, and turns inverted ones.
@@ -114,6 +119,7 @@ def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArra
         vertices: Shape (n, 3), m.
         faces: Shape (m, 3).
         name: What to call it in sentences.
+        trusted: Do not look for self-intersections, which costs most of the time.
 
     Returns:
         Vertices, triangles, and the report.
@@ -128,7 +134,11 @@ def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArra
     vertices, faces = topology.without_unused(vertices, faces)
     if bad := int(np.sum(~np.all(np.isfinite(vertices), axis=1))):
         return refused(
-            MeshProblem("nan", f"{name} has {bad} vertices that are not finite numbers", "export it again")
+            MeshProblem(
+                "nan",
+                f"{name} has {bad} {'vertex that is' if bad == 1 else 'vertices that are'} not finite",
+                "export it again",
+            )
         )
     extents = np.ptp(vertices, axis=0)
     report = replace(report, extents_m=(float(extents[0]), float(extents[1]), float(extents[2])))
@@ -137,9 +147,9 @@ def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArra
 
     before = len(faces)
     vertices, faces = topology.weld(vertices, faces)
-    repairs = [f"{before - len(faces)} degenerate or duplicate triangles were dropped"] * (
-        len(faces) < before
-    )
+    repairs = []
+    if lost := before - len(faces):
+        repairs.append(f"{counted(lost, 'degenerate or duplicate triangle')} dropped")
     report = replace(report, vertices=len(vertices), triangles=len(faces), repairs=tuple(repairs))
     problems = list(_size_problems(name, extents))
     if len(faces) == 0:
@@ -165,18 +175,22 @@ def inspect(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArra
         return refused(*problems)
     faces, turned = oriented
     if turned:
-        repairs.append(f"{turned} inverted triangles were turned")
+        repairs.append(f"{counted(turned, 'inverted triangle')} turned")
     if watertight:
         edges = topology.find_edges(faces, len(vertices)) if turned else edges
         vertices, faces, pinched = topology.split_fans(vertices, faces, edges)
         if pinched:
-            repairs.append(f"{pinched} vertices where the surface touches itself were split")
+            repairs.append(f"{counted(pinched, 'vertex', 'vertices')} split where the surface touches itself")
         faces, volumes, inverted = _outward(vertices, faces, body, bodies)
         if inverted:
             repairs.append("the surface was inside out and was inverted")
         genera = _genera(faces, body, bodies)
         report = replace(report, vertices=len(vertices), genus=sum(genera), volume_m3=float(volumes.sum()))
         problems += _solid_problems(name, volumes, genera, extents)
+    if not trusted and not any(problem.kind in ("units", "flat", "too_fine") for problem in problems):
+        pierced = int(self_intersections(vertices, faces).sum())
+        report = replace(report, self_intersecting=pierced)
+        problems += _intersection_problems(name, pierced)
     report = replace(report, usable=not problems, problems=tuple(problems), repairs=tuple(repairs))
     return vertices, faces, report
 
@@ -199,6 +213,11 @@ def guess_scale(largest: float) -> float | None:
     return None
 
 
+def counted(number: int, noun: str, plural: str | None = None) -> str:
+    """Return a number with its noun and the verb: ``1 hole was``, ``2 holes were``."""
+    return f"{number} {noun} was" if number == 1 else f"{number} {plural or noun + 's'} were"
+
+
 def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 0.1 else f"{1e3 * metres:.3g} mm"
 
@@ -208,19 +227,29 @@ def _edge_problems(name: str, count: IntArray) -> list[MeshProblem]:
     if border := int(np.sum(count == 1)):
         problems.append(
             MeshProblem(
-                "open", f"{name} is open ({border} edges at its holes)", "close its holes with a repair", True
+                "open",
+                f"{name} is open ({border} {'edge has' if border == 1 else 'edges have'} a triangle on one side only)",
+                "close its holes with a repair",
+                True,
             )
         )
     if shared := int(np.sum(count > 2)):
         problems.append(
             MeshProblem(
                 "non_manifold",
-                f"{name} has {shared} edges with more than two triangles",
+                f"{name} has {shared} {'edge' if shared == 1 else 'edges'} with more than two triangles",
                 "remove inner walls, or join touching bodies with a repair",
                 True,
             )
         )
     return problems
+
+
+def _intersection_problems(name: str, pierced: int) -> list[MeshProblem]:
+    if pierced == 0:
+        return []
+    what = f"{name} intersects itself ({pierced} triangles are pierced)"
+    return [MeshProblem("self_intersecting", what, "remesh it, or try a repair", True)]
 
 
 def _outward(

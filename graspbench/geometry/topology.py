@@ -86,8 +86,18 @@ def find_edges(faces: IntArray, vertex_count: int) -> Edges:
     )
 
 
-def bodies(faces: IntArray, edges: Edges) -> IntArray:
-    """Return the body of each triangle, shape (m,): triangles that share an edge belong together."""
+def bodies(faces: IntArray, edges: Edges, *, only_pairs: bool = False) -> IntArray:
+    """Return the body of each triangle, shape (m,): triangles that share an edge belong together.
+
+    Args:
+        faces: Triangles, shape (m, 3).
+        edges: Their edges.
+        only_pairs: Do not count edges of more than two triangles, where bodies touch or walls branch off.
+    """
+    if only_pairs:
+        left, right = edges.pairs.T // 3
+        pairs = coo_array((np.ones(len(left), dtype=np.int8), (left, right)), shape=(len(faces),) * 2)
+        return _labels(pairs)
     triangle = np.repeat(np.arange(len(faces)), 3)
     graph = coo_array(
         (np.ones(3 * len(faces), dtype=np.int8), (triangle, len(faces) + edges.of_side.ravel())),

@@ -16,6 +16,9 @@ from graspbench.geometry.shapes.registry import register
 
 RANDOM_OBJECTS = 1000
 
+_Growth = Annotated[float, Field(ge=0)]
+_GROWTH = "Growth of each part, m, so that they join; further values are tried when they do not"
+
 
 def pybullet_data_path() -> Path:
     """Return the folder of the data that comes with PyBullet.
@@ -37,7 +40,7 @@ class PybulletParts:
     file: Annotated[str, Field(description="Path inside pybullet_data")] = "teddy2_VHACD_CHs.obj"
     scale: Annotated[float, Field(gt=0, description="Metres per unit of the file")] = 0.1
     up: Annotated[Axis, Field(description="The file's axis that points up")] = "y"
-    inflate_m: Annotated[float, Field(ge=0, description="Growth of each part, so that they join, m")] = 2e-4
+    inflate_m: Annotated[tuple[_Growth, ...], Field(min_length=1, description=_GROWTH)] = (2e-4,)
 
     def build(self) -> Body:
         """Return the union of the parts."""
@@ -54,7 +57,7 @@ class RandomUrdf:
 
     id: Annotated[int, Field(ge=0, lt=RANDOM_OBJECTS, description="Which one, 0 to 999")] = 0
     scale: Annotated[float, Field(gt=0, description="Metres per unit of the file, as its URDF says")] = 0.015
-    inflate_m: Annotated[float, Field(ge=0, description="Growth of each part, so that they join, m")] = 2e-4
+    inflate_m: Annotated[tuple[_Growth, ...], Field(min_length=1, description=_GROWTH)] = (2e-4, 5e-4, 1e-3)
 
     def build(self) -> Body:
         """Return the union of the parts."""

@@ -24,5 +24,5 @@ class PybulletMesh:
 
     def build(self) -> Body:
         """Return the mesh in metres."""
-        body = load_body(pybullet_data_path() / self.file, self.scale, repair=False)
-        return Body(moved(body.mesh, self.scale * rotation_to_z(self.up)), None, body.repairs, body.warnings)
+        body = load_body(pybullet_data_path() / self.file, self.scale, repair=True)
+        return Body(moved(body.mesh, rotation_to_z(self.up)), None, body.repairs, body.warnings)

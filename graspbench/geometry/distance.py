@@ -1,0 +1,31 @@
+"""Distances from points to the surface of a mesh."""
+
+import coal
+import numpy as np
+import trimesh
+
+from graspbench.arrays import FloatArray
+
+
+def distances_to_mesh(points: FloatArray, mesh: trimesh.Trimesh) -> FloatArray:
+    """Return how far points are from a mesh's surface, inside and outside alike.
+
+    Args:
+        points: In the mesh's frame, shape (n, 3).
+        mesh: Any triangle mesh.
+
+    Returns:
+        Distances, shape (n,), in the mesh's unit.
+    """
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(mesh.faces), 3 * len(mesh.faces))
+    for face in np.asarray(mesh.faces):
+        model.addTriangle(*(mesh.vertices[corner] for corner in face))
+    model.endModel()
+    probe, request = coal.Sphere(0.0), coal.DistanceRequest()
+    origin, distances = coal.Transform3s.Identity(), np.empty(len(points))
+    pose = coal.Transform3s.Identity()
+    for i, point in enumerate(points):
+        pose.setTranslation(point)
+        distances[i] = abs(coal.distance(model, origin, probe, pose, request, coal.DistanceResult()))
+    return distances

@@ -1,0 +1,161 @@
+"""Make a usable body of a mesh that is open, torn, or in pieces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import MeshError
+from graspbench.geometry import topology
+from graspbench.geometry.convex_union import manifold_arrays, to_manifold
+from graspbench.geometry.inspection import MeshReport, arrays_of, inspect
+from graspbench.geometry.mesh import make_mesh, signed_volume
+
+if TYPE_CHECKING:
+    import trimesh
+
+_RIVAL_SHARE = 0.25
+"""A second body of this share of the first one's volume is no stray piece: which one is meant?"""
+
+_TOLERATED_SHARE = 0.01
+"""Self-intersections in this share of the triangles are wrinkles of a scan, and harm nothing."""
+
+
+def repair_mesh(
+    mesh: str | Path | trimesh.Trimesh, *, scale: float = 1.0, name: str | None = None
+) -> tuple[trimesh.Trimesh, MeshReport]:
+    """Return a usable version of a mesh, and what was done to it.
+
+    Holes are closed, walls that meet in one edge are taken apart, overlapping bodies are joined, cavities
+    are filled and stray pieces dropped.
+
+    Args:
+        mesh: A file, or a mesh.
+        scale: Metres per unit of the mesh.
+        name: What to call it; None for the file's name.
+
+    Returns:
+        The mesh in metres, and its report, with every repair listed.
+
+    Raises:
+        MeshError: It cannot be read, or cannot be repaired (a handle, wrong units, no volume).
+    """
+    name = name or (Path(mesh).name if isinstance(mesh, str | Path) else "the mesh")
+    vertices, faces = arrays_of(mesh)
+    vertices, faces, report = repair(vertices * scale, faces, name)
+    return make_mesh(vertices, faces), report
+
+
+def repair(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray, IntArray, MeshReport]:
+    """Do the work of :func:`repair_mesh` on arrays in metres."""
+    done: list[str] = []
+    broken = ~np.all(np.isfinite(vertices), axis=1)
+    if np.any(lost := broken[faces].any(axis=1)):
+        done.append(f"{int(lost.sum())} triangles with corners that are no numbers were dropped")
+        vertices, faces = np.where(broken[:, None], 0.0, vertices), faces[~lost]
+    vertices, faces, report = inspect(vertices, faces, name)
+    done += report.repairs
+    beyond = [problem for problem in report.problems if not problem.repairable]
+    if beyond and {problem.kind for problem in beyond} != {"genus"}:
+        raise replace(report, problems=tuple(beyond)).error()
+    if not report.usable:
+        solids = _closed_bodies(vertices, faces, done)
+        vertices, faces = _one_body(solids, name, done)
+        vertices, faces, report = inspect(vertices, faces, name)
+    pierced = [problem for problem in report.problems if problem.kind == "self_intersecting"]
+    if pierced and report.self_intersecting <= _TOLERATED_SHARE * report.triangles:
+        rest = tuple(problem for problem in report.problems if problem not in pierced)
+        warning = f"{report.self_intersecting} triangles pierce others, few enough to leave them"
+        report = replace(report, usable=not rest, problems=rest, warnings=(*report.warnings, warning))
+    report = replace(report, repairs=(*done, *(r for r in report.repairs if r not in done)))
+    if not report.usable:
+        raise report.error()
+    return vertices, faces, report
+
+
+def _closed_bodies(vertices: FloatArray, faces: IntArray, done: list[str]) -> list[Any]:
+    """Take the mesh apart into bodies, close each, and return those that enclose a volume, largest first."""
+    edges = topology.find_edges(faces, len(vertices))
+    oriented = topology.orient(faces, edges)
+    faces = faces if oriented is None else oriented[0]
+    edges = topology.find_edges(faces, len(vertices))
+    if np.any(edges.count > 2):
+        done.append("walls that met in one edge were taken apart")
+    body = topology.bodies(faces, edges, only_pairs=True)
+    holes, widest, dropped, solids = 0, 0.0, 0, []
+    for label in range(int(body.max()) + 1):
+        points, triangles = topology.without_unused(vertices, faces[body == label])
+        points, triangles, closed, width = _close_holes(points, triangles)
+        if signed_volume(points, triangles) < 0.0:
+            triangles = triangles[:, ::-1]
+        solid = to_manifold(points, triangles)
+        if solid.is_empty() or solid.volume() <= 0.0:
+            dropped += 1
+            continue
+        holes, widest = holes + closed, max(widest, width)
+        solids.append(solid)
+    if holes:
+        done.append(f"{holes} holes were closed, the widest {1e3 * widest:.1f} mm across")
+    if dropped:
+        done.append(f"{dropped} pieces that enclose no volume were dropped")
+    return sorted(solids, key=lambda solid: -float(solid.volume()))
+
+
+def _close_holes(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, int, float]:
+    """Close every hole of one body with a fan; return also their number and the widest one's size."""
+    edges = topology.find_edges(faces, len(vertices))
+    vertices, faces, _ = topology.split_fans(vertices, faces, edges)
+    edges = topology.find_edges(faces, len(vertices))
+    side, corner = np.nonzero(edges.count[edges.of_side] == 1)
+    following = dict(zip(faces[side, (corner + 1) % 3].tolist(), faces[side, corner].tolist(), strict=True))
+    new_points: list[FloatArray] = []
+    new_faces: list[list[int]] = []
+    widest, holes = 0.0, 0
+    while following:
+        start, vertex = next(iter(following.items()))
+        del following[start]
+        loop = [start]
+        while vertex != start and vertex in following:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        rim = vertices[loop]
+        holes, widest = holes + 1, max(widest, float(np.ptp(rim, axis=0).max()))
+        centre = len(vertices) + len(new_points)
+        new_points.append(rim.mean(axis=0))
+        new_faces += [[loop[i], loop[(i + 1) % len(loop)], centre] for i in range(len(loop))]
+    if new_faces:
+        vertices, faces = np.concatenate([vertices, new_points]), np.concatenate([faces, new_faces])
+    return vertices, faces, holes, widest
+
+
+def _one_body(solids: list[Any], name: str, done: list[str]) -> tuple[FloatArray, IntArray]:
+    import manifold3d
+
+    if not solids:
+        raise MeshError(f"no part of {name} encloses a volume", remedy="export a solid", kind="flat")
+    if len(solids) == 1:
+        return manifold_arrays(solids[0])
+    union = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
+    shells = sorted(union.decompose(), key=lambda shell: -float(shell.volume()))
+    bodies = [shell for shell in shells if shell.volume() > 0.0]
+    if len(bodies) < len(solids):
+        done.append(f"{len(solids)} overlapping or nested bodies were joined into {len(bodies)}")
+    if len(bodies) < len(shells):
+        done.append(f"{len(shells) - len(bodies)} cavities were filled")
+    if len(bodies) > 1:
+        share = bodies[1].volume() / bodies[0].volume()
+        if share > _RIVAL_SHARE:
+            raise MeshError(
+                f"{name} has {len(bodies)} separate bodies, the second {100 * share:.0f} % as large as the first",
+                remedy="keep only the one that is meant",
+                kind="bodies",
+                bodies=len(bodies),
+            )
+        done.append(
+            f"{len(bodies) - 1} stray pieces were dropped, the largest {100 * share:.2g} % of the body"
+        )
+    return manifold_arrays(bodies[0])

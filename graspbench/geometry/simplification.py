@@ -1,0 +1,27 @@
+"""Fewer triangles for the same shape."""
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.geometry.convex_union import manifold_arrays, to_manifold
+
+MAX_KEPT_TRIANGLES = 20_000
+"""A surface of this many triangles is finer than any camera or fingertip of a trial resolves."""
+
+
+def simplify(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, float]:
+    """Collapse the short edges of a closed mesh until it has at most ``MAX_KEPT_TRIANGLES``.
+
+    Returns:
+        Vertices, triangles, and the length of the edges collapsed, m; the mesh itself and 0 when nothing
+        can be done or needs to be.
+    """
+    if len(faces) <= MAX_KEPT_TRIANGLES:
+        return vertices, faces, 0.0
+    solid = to_manifold(vertices, faces)
+    size = float((vertices.max(axis=0) - vertices.min(axis=0)).max())
+    tolerance = 1e-4 * size
+    while not solid.is_empty() and solid.num_tri() > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size:
+        solid = solid.simplify(tolerance)
+        tolerance *= 1.5
+    if solid.is_empty() or solid.num_tri() >= len(faces):
+        return vertices, faces, 0.0
+    return *manifold_arrays(solid), tolerance / 1.5
