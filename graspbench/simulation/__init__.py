@@ -11,7 +11,6 @@ from graspbench.simulation.scene import SceneParameters
 
 if TYPE_CHECKING:
     from graspbench.simulation.capture import EyeInHand
-    from graspbench.simulation.execute import execute
     from graspbench.simulation.world import World
 
 __all__ = [
@@ -20,10 +19,9 @@ __all__ = [
     "EyeInHand",
     "SceneParameters",
     "World",
-    "execute",
 ]
 
-_HOMES = {"EyeInHand": "capture", "World": "world", "execute": "execute"}
+_HOMES = {"EyeInHand": "capture", "World": "world"}
 
 
 def __getattr__(name: str) -> Any:

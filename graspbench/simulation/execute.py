@@ -66,6 +66,8 @@ class Stage:
 
     def sample(self) -> None:
         """Keep a sample for the record."""
+        if self._samples and self._samples[-1][0] == self.time_s:
+            return
         pose = self.world.object_pose()
         if not np.isfinite(pose).all():
             raise SimulationError("the object's pose is not finite", remedy="reduce execution.time_step_s")

@@ -47,10 +47,10 @@ class ExecutionParameters:
         0.4
     )
     stiffness_nm_rad: Annotated[float, Field(ge=0, description="Joint stiffness while gripping, N m/rad")] = (
-        1.0
+        10.0
     )
     damping_nms_rad: Annotated[float, Field(ge=0, description="Joint damping while gripping, N m s/rad")] = (
-        0.05
+        0.2
     )
     lift_height_m: Annotated[float, Field(gt=0, description="Height of the lift, m")] = 0.20
     lift_time_s: Annotated[float, Field(gt=0, description="Duration of the lift, s")] = 1.0

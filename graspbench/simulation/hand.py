@@ -13,7 +13,7 @@ from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters
 from graspbench.simulation.shapes import quaternion_of
 from graspbench.simulation.world import World
-from graspbench.simulation.wrist import WRIST_JOINTS, mounted_urdf, wrist_coordinates
+from graspbench.simulation.wrist import WRIST_JOINTS, mounted_urdf, wrist_coordinates, wrist_pose
 
 _WRIST_FORCE = 1e4
 _POSITION_GAIN = 0.3
@@ -63,20 +63,24 @@ class SimulatedHand:
         self.world = world
         self.hand = hand
         self._client = world.client
-        self._root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
-        root = transform_palm_to_world @ self._root_to_palm
+        root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
+        root = transform_palm_to_world @ root_to_palm
         self._base = np.eye(4)
         self._base[:3, :3] = _frame_along(tilt_axis)
         self._base[:3, 3] = root[:3, 3]
-        self._wrist_to_root = np.eye(4)
-        self._wrist_to_root[:3, :3] = root[:3, :3].T @ self._base[:3, :3]
-        self.body = self._load(self._wrist_to_root[:3, :3].T)
+        self._world_to_base = np.linalg.inv(self._base)
+        wrist_to_root = np.eye(4)
+        wrist_to_root[:3, :3] = root[:3, :3].T @ self._base[:3, :3]
+        self._wrist_to_palm = root_to_palm @ wrist_to_root
+        self._palm_to_wrist = np.linalg.inv(self._wrist_to_palm)
+        self.body = self._load(wrist_to_root[:3, :3].T)
         ids, links = self._names()
         self._wrist_ids = [ids[name] for name in WRIST_JOINTS]
         self._joint_ids = self._find(hand.joint_names, ids)
         self._palm_id = links.get(hand.palm_link, -1)
         self._finger_of_link = self._assign_links(links, ids)
         self._wrist_goal = np.zeros(6)
+        self._wrist_still = False
         self._set_friction(parameters)
         self._reset(transform_palm_to_world, joints)
 
@@ -87,6 +91,9 @@ class SimulatedHand:
         goal[3:] += 2 * np.pi * np.round((self._wrist_goal[3:] - goal[3:]) / (2 * np.pi))
         speed = (goal - self._wrist_goal) / time_step_s
         self._wrist_goal = goal
+        if self._wrist_still and not speed.any():
+            return  # its motors hold the goal they have
+        self._wrist_still = not speed.any()
         pybullet.setJointMotorControlArray(
             self.body,
             self._wrist_ids,
@@ -144,13 +151,8 @@ class SimulatedHand:
     def palm_pose(self) -> FloatArray:
         """Return transform_palm_to_world, shape (4, 4), from the wrist's real joints."""
         states = pybullet.getJointStates(self.body, self._wrist_ids, physicsClientId=self._client)
-        q = np.array([s[0] for s in states])
-        wrist = np.eye(4)
-        wrist[:3, 3] = q[:3]
-        wrist[:3, :3] = _rotation_xyz(q[3:])
-        pose: FloatArray = (
-            self._base @ wrist @ np.linalg.inv(self._wrist_to_root) @ self.hand.transform_palm_to_root
-        )
+        wrist = wrist_pose(np.array([s[0] for s in states]))
+        pose: FloatArray = self._base @ wrist @ self._palm_to_wrist
         return pose
 
     def touches(self, least_force_n: float) -> tuple[Touch | None, ...]:
@@ -241,8 +243,7 @@ class SimulatedHand:
         self.drive_joints(joints, np.zeros(len(joints)))
 
     def _wrist_pose(self, transform_palm_to_world: FloatArray) -> FloatArray:
-        root = transform_palm_to_world @ self._root_to_palm
-        pose: FloatArray = np.linalg.inv(self._base) @ root @ self._wrist_to_root
+        pose: FloatArray = self._world_to_base @ transform_palm_to_world @ self._wrist_to_palm
         return pose
 
 
@@ -268,15 +269,3 @@ def _frame_along(axis: FloatArray) -> FloatArray:
     y = np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x)
     y /= np.linalg.norm(y)
     return np.column_stack((x, y, np.cross(x, y)))
-
-
-def _rotation_xyz(angles: FloatArray) -> FloatArray:
-    """Return R_x R_y R_z, shape (3, 3)."""
-    (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
-    return np.array(
-        [
-            [b * c, -b * sc, sb],
-            [a * sc + sa * sb * c, a * c - sa * sb * sc, -sa * b],
-            [sa * sc - a * sb * c, sa * c + a * sb * sc, a * b],
-        ]
-    )

@@ -18,6 +18,7 @@ from graspbench.simulation.execution import PhaseOutcome
 from graspbench.simulation.grip import grip_forces
 from graspbench.simulation.hand import Touch
 
+_RENEW_S = 0.01
 _PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]
 
 
@@ -48,8 +49,7 @@ def hold_and_push(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touc
     """
     p = stage.parameters
     grip = _Grip(stage, fingers, touches)
-    grip.squeeze()
-    if grip.reason is not None:
+    if not grip.squeeze():
         return HoldOutcome(grip.mean_force_n, tuple(grip.phases), None, grip.reason)
     low = stage.hand.palm_pose()
     high = low.copy()
@@ -76,8 +76,7 @@ def hold_and_push(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touc
             ("hold_rotated", lambda _: tilted(1.0), p.hold_time_s),
         ]
     for name, motion, time_s in phases:
-        grip.move(name, motion, time_s)
-        if grip.reason is not None:
+        if not grip.move(name, motion, time_s):
             return HoldOutcome(grip.mean_force_n, tuple(grip.phases), None, grip.reason)
     pushes = tuple(grip.push(direction) for direction in _PUSHES) if p.until == "pushes" else None
     return HoldOutcome(grip.mean_force_n, tuple(grip.phases), pushes, None)
@@ -94,17 +93,20 @@ class _Grip:
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
         self._felt = list(touches)
+        self._age = 0
+        self._renew = max(1, round(_RENEW_S / stage.time_step_s))
         self._rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._sharing = np.zeros((len(fingers), 3, 3))
+        self._update_model(self._rest, stage.hand.palm_pose())
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
         self.mean_force_n = self._needed_force()
         self.phases: list[PhaseOutcome] = []
         self.reason: str | None = None
 
-    def squeeze(self) -> None:
-        """Build the grip force up, and then take the object's weight."""
+    def squeeze(self) -> bool:
+        """Build the grip force up, then take the object's weight; return whether all went well."""
         stage = self._stage
         steps = max(1, round(stage.parameters.squeeze_time_s / stage.time_step_s))
         palm = stage.hand.palm_pose()
@@ -121,17 +123,17 @@ class _Grip:
             self._control(palm, 1.0, _smooth((k + 1) / (steps // 2)))
             stage.step()
         self._reference = self._object_in_palm()
-        self._judge("squeeze", lifted=False)
+        return self._judge("squeeze", lifted=False)
 
-    def move(self, name: str, motion: Callable[[float], FloatArray], time_s: float) -> None:
-        """Carry the object along a motion of the palm, and note how it ended."""
+    def move(self, name: str, motion: Callable[[float], FloatArray], time_s: float) -> bool:
+        """Carry the object along a motion of the palm; return whether it was held."""
         stage = self._stage
         steps = max(1, round(time_s / stage.time_step_s))
         for k in range(steps):
             palm = motion(_smooth((k + 1) / steps))
             self._control(palm, 1.0, 1.0)
             stage.step()
-        self._judge(name, lifted=True)
+        return self._judge(name, lifted=True)
 
     def push(self, direction: FloatArray) -> float:
         """Push harder and harder until the object slips; return the push resisted, in weights."""
@@ -187,15 +189,29 @@ class _Grip:
 
     def _control(self, palm: FloatArray, grip: float, load: float) -> None:
         """Set wrist and torques for the next step."""
-        stage, p = self._stage, self._stage.parameters
+        stage = self._stage
         stage.hand.drive_wrist(palm, stage.time_step_s)
         q, velocity = stage.hand.state()
-        up = palm[:3, :3].T @ np.array([0.0, 0.0, 1.0])
-        forces = grip * self._forces + load * self._weight_n * (self._sharing @ up)
-        jacobians = self._model.tip_jacobians(q)[list(self._fingers)]
-        torques = np.einsum("fij,fi->j", jacobians, forces)
-        torques += self._spring_torques(q, velocity) + self._holding_torques(q, palm)
-        stage.hand.apply_torques(torques)
+        if self._age % self._renew == 0:
+            self._update_model(q, palm)
+        self._age += 1
+        forces = grip * self._forces + load * self._weight_n * self._upward
+        stage.hand.apply_torques(
+            self._jacobians_t @ forces.ravel() + self._holding + self._spring_torques(q, velocity)
+        )
+
+    def _update_model(self, q: FloatArray, palm: FloatArray) -> None:
+        """Compute what depends on the posture, which hardly changes within `_RENEW_S`."""
+        dt, p = self._stage.time_step_s, self._stage.parameters
+        self._upward = self._sharing @ palm[2, :3]
+        self._jacobians_t = self._model.tip_jacobians(q)[list(self._fingers)].reshape(-1, len(q)).T
+        rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
+        self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
+        self._holding = np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
+        upper = np.triu(pinocchio.crba(self._pinocchio, self._data, q))
+        ahead = dt * p.damping_nms_rad + dt * dt * p.stiffness_nm_rad
+        inertia = upper + np.triu(upper, 1).T + ahead * np.eye(len(q))
+        self._implicit = np.eye(len(q)) - ahead * np.linalg.inv(inertia)
 
     def _spring_torques(self, q: FloatArray, velocity: FloatArray) -> FloatArray:
         """Return the torques of springs and dampers, taken at the end of the next step.
@@ -203,19 +219,9 @@ class _Grip:
         Light links make explicit dampers unstable at any useful gain (Tan, Liu and Turk 2011).
         """
         dt, p = self._stage.time_step_s, self._stage.parameters
-        stiffness, damping = p.stiffness_nm_rad, p.damping_nms_rad
-        upper = np.triu(pinocchio.crba(self._pinocchio, self._data, q))
-        inertia = upper + np.triu(upper, 1).T + (dt * damping + dt * dt * stiffness) * np.eye(len(q))
-        explicit = stiffness * (self._rest - q - dt * velocity) - damping * velocity
-        acceleration = np.linalg.solve(inertia, explicit)
-        torques: FloatArray = explicit - (dt * damping + dt * dt * stiffness) * acceleration
+        explicit = p.stiffness_nm_rad * (self._rest - q - dt * velocity) - p.damping_nms_rad * velocity
+        torques: FloatArray = self._implicit @ explicit
         return torques
-
-    def _holding_torques(self, q: FloatArray, palm: FloatArray) -> FloatArray:
-        """Return the torques that carry the fingers' own weight."""
-        rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
-        self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
-        return np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
 
     def _touches(self) -> list[Touch | None]:
         touches = self._stage.hand.touches(self._stage.parameters.contact_force_n)
@@ -225,7 +231,7 @@ class _Grip:
         pose: FloatArray = np.linalg.inv(self._stage.hand.palm_pose()) @ self._stage.world.object_pose()
         return pose
 
-    def _judge(self, name: str, *, lifted: bool) -> None:
+    def _judge(self, name: str, *, lifted: bool) -> bool:
         now = self._object_in_palm()
         contacts = sum(touch is not None for touch in self._touches())
         slip = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
@@ -239,6 +245,7 @@ class _Grip:
             self.reason = f"the object slipped {1e3 * slip:.0f} mm in phase {name}"
         held = self.reason is None
         self.phases.append(PhaseOutcome(name, contacts, slip, turn_deg(self._reference, now), held))
+        return held
 
 
 def _smooth(share: float) -> float:

@@ -1,6 +1,7 @@
 """A hand's URDF on a wrist of six joints, so that physics can carry it about."""
 
 import copy
+import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -55,9 +56,26 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
 
 def wrist_coordinates(pose_wrist_in_base: FloatArray) -> FloatArray:
     """Return the six wrist joints of a pose of the last wrist link in the base frame, shape (6,)."""
-    # scipy warns at the gimbal lock and then sets one angle to zero, which is a valid answer.
-    angles = Rotation.from_matrix(pose_wrist_in_base[:3, :3]).as_euler("XYZ")
-    return np.concatenate((pose_wrist_in_base[:3, 3], angles))
+    r = pose_wrist_in_base
+    second = math.atan2(r[0, 2], math.hypot(r[0, 0], r[0, 1]))
+    if math.hypot(r[0, 0], r[0, 1]) > 1e-9:
+        first, third = math.atan2(-r[1, 2], r[2, 2]), math.atan2(-r[0, 1], r[0, 0])
+    else:  # gimbal lock: one of the two does for both
+        first, third = 0.0, math.atan2(r[1, 0], r[1, 1])
+    return np.array([r[0, 3], r[1, 3], r[2, 3], first, second, third])
+
+
+def wrist_pose(coordinates: FloatArray) -> FloatArray:
+    """Return the pose of the last wrist link in the base frame, shape (4, 4), for the six joints."""
+    (a, b, c), (sa, sb, sc) = np.cos(coordinates[3:]), np.sin(coordinates[3:])
+    return np.array(
+        [
+            [b * c, -b * sc, sb, coordinates[0]],
+            [a * sc + sa * sb * c, a * c - sa * sb * sc, -sa * b, coordinates[1]],
+            [sa * sc - a * sb * c, sa * c + a * sb * sc, a * b, coordinates[2]],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
 
 
 def _mesh_path(hand: HandModel, name: str) -> Path:

@@ -1,0 +1,126 @@
+"""Execution against closed forms: Coulomb's law, and the weight that friction can carry."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pybullet
+import pytest
+
+from graspbench.geometry import ObjectParameters, load_object
+from graspbench.grasp.configuration import Grasp
+from graspbench.hand import GraspChecker, HandParameters, load_hand
+from graspbench.simulation import ExecutionParameters, SceneParameters, World
+from graspbench.simulation.execute import Stage, execute
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return load_hand(HandParameters(fingers=3))
+
+
+def cylinder(**changes):
+    return load_object(ObjectParameters(name="cylinder", **changes))
+
+
+def planned(hand, model):
+    """Three contacts evenly around the cylinder's middle, and a path that closes onto them."""
+    low, high = model.mesh.bounds
+    radius, height = 0.5 * (high[0] - low[0]), 0.5 * (high[2] - low[2])
+    angles = 2 * np.pi * np.arange(3) / 3
+    normals = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(3)))
+    points = radius * normals + [0, 0, height]
+    posture = GraspChecker(hand, 0.0).place(points, normals)
+    assert posture is not None
+    grasp = Grasp(np.arange(3), points, normals, np.array([0, 0, height]), posture)
+    palm = posture.transform_palm_to_world
+    opened = posture.joints.copy()
+    for point, normal, finger in zip(points, normals, posture.fingers, strict=True):
+        own = hand.finger_joints(finger)
+        target = (point + (hand.tip_radius_m + 0.01) * normal - palm[:3, 3]) @ palm[:3, :3]
+        opened[own] = hand.finger_ik(finger, target[None], posture.joints[own]).joints[0]
+    path = SimpleNamespace(
+        times=np.array([0.0, 0.4]),
+        joints=np.stack((opened, posture.joints)),
+        transform_palm_to_world=np.stack((palm, palm)),
+    )
+    return grasp, path
+
+
+def run(hand, model, **changes):
+    grasp, path = planned(hand, model)
+    with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
+        return execute(world, hand, grasp, path, ExecutionParameters(**changes))
+
+
+@pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (1.1, True)])
+def test_block_on_an_incline_slips_at_the_friction_angle(hand, ratio, slips):
+    # Tilting gravity is tilting the table; Bullet multiplies the friction of both bodies.
+    model = load_object(ObjectParameters(name="cylinder", friction=0.5))
+    scene = SceneParameters(yaw_deg=0.0, table_friction=0.6)
+    with World(model, scene, 0) as world:
+        _, path = planned(hand, model)
+        path.transform_palm_to_world = path.transform_palm_to_world + np.array(
+            [[0, 0, 0, 1], *np.zeros((3, 4))]
+        )
+        stage = Stage(world, hand, path, ExecutionParameters())
+        angle = np.arctan(ratio * 0.5 * 0.6)
+        pybullet.setGravity(9.81 * np.sin(angle), 0, -9.81 * np.cos(angle), physicsClientId=world.client)
+        before = world.object_pose()[:3, 3]
+        for _ in range(400):
+            stage.step()
+        moved = np.linalg.norm(world.object_pose()[:3, 3] - before)
+    expected = 0.5 * 9.81 * (np.sin(angle) - 0.3 * np.cos(angle)) * 0.4**2
+    assert moved == pytest.approx(expected, rel=0.1) if slips else moved < 1e-3
+
+
+@pytest.mark.parametrize(("load", "holds"), [(0.85, True), (1.15, False)])
+def test_friction_carries_what_coulomb_allows(hand, load, holds):
+    force, friction = 4.0, 0.5
+    mass = load * 3 * friction * force / 9.81
+    result = run(
+        hand, cylinder(mass_kg=mass), friction=friction, grip_force_n=force, grip_safety=0.01,
+        torsional_friction_m=0.0, rotation_deg=0.0,
+    )  # fmt: skip
+    assert result.contacts_made == 3
+    assert result.success is holds, result.reason
+
+
+def test_contact_is_made_where_it_was_planned(hand):
+    result = run(hand, cylinder(), until="contact")
+    assert result.success
+    assert max(result.contact_error_m) < 1.5e-3
+    assert result.tip_error_max_m < 1e-3
+    assert result.object_displacement_m < 1e-3
+    assert result.phases == ()
+    motion = result.motion
+    assert len(motion.times_s) == len(motion.joints) == len(motion.transform_object_to_world)
+    assert (np.diff(motion.times_s) > 0).all()
+
+
+def test_grasp_holds_through_lift_tilt_and_pushes(hand):
+    result = run(hand, cylinder(), until="pushes", push_time_s=0.4)
+    assert result.success, result.reason
+    assert [phase.name for phase in result.phases] == ["squeeze", "lift", "hold", "rotate", "hold_rotated"]
+    assert all(phase.contacts == 3 and phase.slip_m < 0.003 for phase in result.phases)
+    assert len(result.pushes_weight) == 6
+    assert 0.5 < result.largest_push_weight <= 10.0
+    # The wrist really tilted the object by 90 degrees, and lifted it.
+    first, last = result.motion.transform_object_to_world[[0, -1]]
+    assert last[2, 3] - first[2, 3] == pytest.approx(0.2, abs=0.005)
+    assert np.degrees(np.arccos(last[2, 2])) == pytest.approx(90.0, abs=2.0)
+
+
+def test_missed_object_is_reported(hand):
+    model = cylinder()
+    grasp, path = planned(hand, model)
+    with World(model, SceneParameters(yaw_deg=0.0, x_m=0.3), 0) as world:
+        result = execute(world, hand, grasp, path, ExecutionParameters())
+    assert not result.success
+    assert result.reason == "only 0 of 3 fingers touched the object"
+    assert np.isnan(result.contact_time_s).all()
+    assert result.phases == ()
+
+
+def test_same_execution_twice_is_the_same(hand):
+    a, b = (run(hand, cylinder(), rotation_deg=0.0, lift_time_s=0.3) for _ in range(2))
+    np.testing.assert_array_equal(a.motion.transform_object_to_world, b.motion.transform_object_to_world)
