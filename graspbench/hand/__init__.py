@@ -6,7 +6,13 @@ The names below load on first use, so that reading the configuration does not lo
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from graspbench.hand.parameters import FingerDescription, HandParameters, Margins, PalmDescription
+from graspbench.hand.parameters import (
+    CollisionShape,
+    FingerDescription,
+    HandParameters,
+    Margins,
+    PalmDescription,
+)
 from graspbench.hand.posture import HandPosture
 
 if TYPE_CHECKING:
@@ -16,6 +22,7 @@ if TYPE_CHECKING:
     from graspbench.hand.model import HandModel, load_hand
 
 __all__ = [
+    "CollisionShape",
     "FingerDescription",
     "FingerSolutions",
     "GraspChecker",

@@ -22,7 +22,7 @@ TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH = 0.5
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
-COMFORT = np.array([0.15, 0.02, 0.01, 0.005, 0.005])
+COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
 BITS = np.array([1, 2, 4, 8, 16, 32])
 
 

@@ -97,10 +97,17 @@ def hand_clearance(shapes: Shapes, poses: FloatArray, finger: int, cap: float) -
             continue
         if far_apart(shapes, poses, a, b, least):
             continue
+        radii = shapes.size[a, RADIUS] + shapes.size[b, RADIUS]
         distance = core_distance(
-            shapes.index[a, KIND], poses[a], shapes.size[a], shapes.index[b, KIND], poses[b], shapes.size[b]
+            shapes.index[a, KIND],
+            poses[a],
+            shapes.size[a],
+            shapes.index[b, KIND],
+            poses[b],
+            shapes.size[b],
+            least + radii,
         )[0]
-        least = min(least, distance - shapes.size[a, RADIUS] - shapes.size[b, RADIUS])
+        least = min(least, distance - radii)
     return least
 
 

@@ -66,12 +66,19 @@ def lowest_in_core(kind: int, pose: FloatArray, size: FloatArray, x: float, y: f
 
 @compiled
 def core_distance(
-    kind_a: int, pose_a: FloatArray, size_a: FloatArray, kind_b: int, pose_b: FloatArray, size_b: FloatArray
+    kind_a: int,
+    pose_a: FloatArray,
+    size_a: FloatArray,
+    kind_b: int,
+    pose_b: FloatArray,
+    size_b: FloatArray,
+    enough: float,
 ) -> Gap:
     """Return the distance of two cores and their nearest points (a, then b); 0 when they overlap.
 
     Projects in turn onto either core, extrapolated (Nesterov) with restarts; stops when the plane between
-    the points proves the distance. What is returned is the proven lower bound.
+    the points proves the distance, or proves that it is more than ``enough``. What is returned is the
+    proven lower bound.
     """
     if kind_a == SEGMENT and kind_b == SEGMENT:
         proven: Gap = _segment_distance(pose_a, size_a[2], pose_b, size_b[2])
@@ -98,7 +105,7 @@ def core_distance(
         px, py, pz = lowest_in_core(kind_a, pose_a, size_a, x, y, z)
         qx, qy, qz = lowest_in_core(kind_b, pose_b, size_b, -x, -y, -z)
         bound = max(bound, (px - qx) * x + (py - qy) * y + (pz - qz) * z)
-        if distance - bound < ACCURACY_M:
+        if distance - bound < ACCURACY_M or bound > enough:
             break
     return bound, ax, ay, az, bx, by, bz
 

@@ -1,6 +1,9 @@
 """Where hand descriptions are found: installed YAML files, URDF files and their packages."""
 
+import hashlib
 import importlib.metadata
+import os
+import tempfile
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -56,6 +59,41 @@ def find_urdf(urdf: str | None, package_dirs: tuple[str, ...], hand: str) -> tup
         ),
         path=urdf,
     )
+
+
+def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
+    """Write a URDF to a file named after its content.
+
+    Args:
+        text: The URDF.
+        stem: First part of the file's name.
+        folder: Where to write; the system's folder for temporary files by default.
+
+    Returns:
+        Path of the file; the same content gives the same path, so that runs can share it.
+
+    Raises:
+        HandError: The file cannot be written.
+    """
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    target = folder or Path(tempfile.gettempdir()) / f"graspbench-hands-{os.getuid()}"
+    path = target / f"{stem}_{digest}.urdf"
+    try:
+        if path.is_file() and path.read_text() == text:
+            return path
+        target.mkdir(parents=True, exist_ok=True)
+        # Written aside and renamed: another process must never read half a file.
+        handle, partial = tempfile.mkstemp(dir=target, suffix=".partial")
+        with os.fdopen(handle, "w") as stream:
+            stream.write(text)
+        os.replace(partial, path)
+    except OSError as error:
+        raise HandError(
+            f"the hand's URDF cannot be written to '{target}' ({error.strerror})",
+            remedy="make the folder writable or set TMPDIR",
+            path=str(path),
+        ) from error
+    return path
 
 
 @lru_cache

@@ -134,6 +134,7 @@ def collect_hand(shapes: Shapes, task: Task, system: System, count: int) -> int:
         s, t = shapes.pairs[p, 0], shapes.pairs[p, 1]
         if far_apart(shapes, system.poses, s, t, wanted):
             continue
+        radii = shapes.size[s, RADIUS] + shapes.size[t, RADIUS]
         gap, ax, ay, az, bx, by, bz = core_distance(
             shapes.index[s, KIND],
             system.poses[s],
@@ -141,8 +142,9 @@ def collect_hand(shapes: Shapes, task: Task, system: System, count: int) -> int:
             shapes.index[t, KIND],
             system.poses[t],
             shapes.size[t],
+            wanted + radii,
         )
-        distance = gap - shapes.size[s, RADIUS] - shapes.size[t, RADIUS]
+        distance = gap - radii
         if distance >= wanted:
             continue
         x, y, z = ax - bx, ay - by, az - bz

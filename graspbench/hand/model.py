@@ -12,10 +12,11 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand import kinematics, shapes
 from graspbench.hand.chains import PREFERRED, Chains, extract_chains
-from graspbench.hand.files import find_urdf
+from graspbench.hand.files import find_urdf, write_urdf
 from graspbench.hand.kinematics import FingerSolutions
+from graspbench.hand.overrides import replace_collision
 from graspbench.hand.parameters import FingerDescription, HandParameters, Margins, PalmDescription
-from graspbench.hand.radial import describe_radial, write_radial
+from graspbench.hand.radial import describe_radial, radial_urdf
 from graspbench.hand.shapes import Shapes
 
 
@@ -169,11 +170,14 @@ def _load(key: _Key) -> HandModel:
     parameters = key.parameters
     package_dirs: tuple[Path, ...]
     if parameters.kind == "radial":
-        path = write_radial(parameters)
+        path = write_urdf(radial_urdf(parameters), "radial")
         package_dirs = (path.parent,)
         palm, fingers = describe_radial(parameters)
     else:
         path, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
+        if parameters.collision:
+            text = replace_collision(path, parameters.collision, parameters.name)
+            path = write_urdf(text, path.stem)
         palm, fingers = parameters.palm, parameters.chains
     used = _choose(parameters, fingers)
     model, geometry = _read(path, package_dirs, parameters.name)

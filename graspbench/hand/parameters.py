@@ -59,6 +59,18 @@ class FingerDescription:
 
 
 @dataclass(frozen=True)
+class CollisionShape:
+    """A collision shape that replaces those of a URDF's link."""
+
+    kind: Annotated[Literal["box", "cylinder", "sphere"], Field(description="Kind of the shape")]
+    size_m: Annotated[
+        tuple[float, ...],
+        Field(description="Edges of the box; radius and length of the cylinder; radius of the sphere; m"),
+    ]
+    xyz_m: Annotated[Vector3, Field(description="Its centre in the link's frame, m")] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class HandParameters:
     """A robot hand with a floating wrist (group ``hand``)."""
 
@@ -113,6 +125,10 @@ class HandParameters:
     subsets: Annotated[
         dict[int, tuple[str, ...]],
         Field(description="Which fingers are used when fewer are asked for; default: the first ones (urdf)"),
+    ] = field(default_factory=dict)
+    collision: Annotated[
+        dict[str, tuple[CollisionShape, ...]],
+        Field(description="Collision shapes by link, instead of the URDF's (urdf)"),
     ] = field(default_factory=dict)
     margins: Annotated[Margins, Field(description="What a feasible posture has to keep")] = field(
         default_factory=Margins

@@ -5,12 +5,8 @@ tangential: bent outwards at the root and inwards further on, the fingers reach 
 the palm and touch it from outside.
 """
 
-import hashlib
 import math
-import os
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 from graspbench.errors import HandError
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
@@ -28,7 +24,7 @@ class _Body:
 
 
 def describe_radial(parameters: HandParameters) -> tuple[PalmDescription, tuple[FingerDescription, ...]]:
-    """Return palm and fingers of the URDF that ``radial_urdf`` writes."""
+    """Return palm and fingers of the URDF that ``radial_urdf`` returns."""
     fingers = tuple(
         FingerDescription(
             name=f"finger_{i}",
@@ -41,41 +37,6 @@ def describe_radial(parameters: HandParameters) -> tuple[PalmDescription, tuple[
         for i in range(parameters.fingers)
     )
     return PalmDescription(link="palm"), fingers
-
-
-def write_radial(parameters: HandParameters, folder: Path | None = None) -> Path:
-    """Write the hand's URDF to a file named after its content.
-
-    Args:
-        parameters: The hand.
-        folder: Where to write; the system's folder for temporary files by default.
-
-    Returns:
-        Path of the file; the same content gives the same path, so that runs can share it.
-
-    Raises:
-        HandError: Sizes or limits are inconsistent, or the file cannot be written.
-    """
-    text = radial_urdf(parameters)
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    target = folder or Path(tempfile.gettempdir()) / f"graspbench-hands-{os.getuid()}"
-    path = target / f"radial_{digest}.urdf"
-    try:
-        if path.is_file() and path.read_text() == text:
-            return path
-        target.mkdir(parents=True, exist_ok=True)
-        # Written aside and renamed: another process must never read half a file.
-        handle, partial = tempfile.mkstemp(dir=target, suffix=".partial")
-        with os.fdopen(handle, "w") as stream:
-            stream.write(text)
-        os.replace(partial, path)
-    except OSError as error:
-        raise HandError(
-            f"the hand's URDF cannot be written to '{target}' ({error.strerror})",
-            remedy="make the folder writable or set TMPDIR",
-            path=str(path),
-        ) from error
-    return path
 
 
 def radial_urdf(parameters: HandParameters) -> str:

@@ -122,6 +122,7 @@ def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
             if related and abs(link_b - link_a) <= 1:
                 continue
             candidates.append((a, b))
+            radii = float(shapes.size[a, RADIUS] + shapes.size[b, RADIUS])
             distance = core_distance(
                 shapes.index[a, KIND],
                 poses[a],
@@ -129,8 +130,9 @@ def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
                 shapes.index[b, KIND],
                 poses[b],
                 shapes.size[b],
+                radii,
             )[0]
-            if related and distance < shapes.size[a, RADIUS] + shapes.size[b, RADIUS]:
+            if related and distance < radii:
                 overlapping.add((bodies[a], bodies[b]))
     kept = [(a, b) for a, b in candidates if (bodies[a], bodies[b]) not in overlapping]
     return shapes._replace(pairs=np.array(kept, dtype=np.int64).reshape(-1, 2))
