@@ -2,8 +2,8 @@
 
 At every contour point of a contact its finger is solved by inverse kinematics, the palm held still. A point
 that brings a joint near its limit, the finger near a singularity, or its links near other fingers, the palm
-or the ground, repels the contact with a force that grows as a hyperbola; a point that the finger cannot
-touch is no move at all.
+or the ground, repels the contact with a force that grows as a hyperbola. A point that the finger cannot
+touch repels most, and is no move at all.
 """
 
 from dataclasses import dataclass
@@ -25,6 +25,9 @@ from graspbench.reconstruction.surface import Surface
 
 REACH_TOLERANCE_M = 1e-5
 """A tip further than this from its target does not reach it."""
+
+LARGEST = 10.0
+"""Where a term is cut off, in strengths: what a point beyond the margin, or out of reach, repels with."""
 
 _CENTRING = 0.02
 
@@ -253,6 +256,7 @@ def _evaluate(
                 solved[j] = joints[f, j]
             error = finger_ik(chains, f, target, solved, frames[f], jacobian, _CENTRING)
             if error > REACH_TOLERANCE_M:
+                terms[0, i, c] = LARGEST * strength
                 continue
             place_shapes(shapes, f, frames[f], poses)
             clearance = hand_clearance(shapes, poses, f, ranges[2, 1])
@@ -260,12 +264,10 @@ def _evaluate(
                 clearance = ground_clearance(shapes, poses, palm, ground_height, f, clearance)
             margin = joint_margin(chains, f, solved)
             singular = smallest_singular_value(jacobian)
-            if margin <= ranges[0, 0] or singular <= ranges[1, 0] or clearance <= ranges[2, 0]:
-                continue
-            reachable[i, c] = True
-            terms[0, i, c] = hyperbolic_barrier(margin, ranges[0, 0], ranges[0, 1], strength)
-            terms[1, i, c] = hyperbolic_barrier(singular, ranges[1, 0], ranges[1, 1], strength)
-            terms[2, i, c] = hyperbolic_barrier(clearance, ranges[2, 0], ranges[2, 1], strength)
+            reachable[i, c] = margin > ranges[0, 0] and singular > ranges[1, 0] and clearance > ranges[2, 0]
+            for term, value in enumerate((margin, singular, clearance)):
+                grown = hyperbolic_barrier(value, ranges[term, 0], ranges[term, 1], strength)
+                terms[term, i, c] = min(grown, LARGEST * strength)
         forward(chains, f, joints[f], frames[f], tips[f])
         place_shapes(shapes, f, frames[f], poses)
     return evaluated

@@ -29,6 +29,9 @@ class PathParameters:
     tracking_gain: Annotated[
         float, Field(gt=0, description="Gain of the tip error in the kinematic loop, 1/s")
     ] = 60.0
+    acceleration_limit_rad_s2: Annotated[
+        float, Field(gt=0, description="Largest acceleration of a joint, rad/s^2")
+    ] = 40.0
     velocity_share: Annotated[
         float, Field(gt=0, le=1, description="Share of the joint velocity limits that may be used")
     ] = 0.9

@@ -2,7 +2,8 @@
 
 Closed-loop inverse kinematics, one loop a finger: q' = J^+ (v + K e) + N (towards the grasp's joints), with
 v the path's velocity, e the tip's error and N the projector onto the finger's free motion. When a joint would
-have to turn faster than it can, the whole motion is slowed down, so that all fingers still touch together.
+have to turn faster than it can, or too abruptly, the whole motion is slowed down, so that all fingers still
+touch together.
 """
 
 from collections.abc import Sequence
@@ -78,7 +79,7 @@ def track(
 
     joints, errors = _follow(hand, posture, targets, start, step, parameters.tracking_gain)
     for _ in range(_ATTEMPTS):
-        slower = float((np.abs(np.diff(joints, axis=0)) / (step * limits)).max(initial=0.0))
+        slower = _slowdown(joints, step, limits, parameters.acceleration_limit_rad_s2)
         if slower <= 1.0:
             break
         targets = _stretched(targets, 1.02 * slower)
@@ -121,6 +122,14 @@ def _start_joints(hand: HandModel, posture: HandPosture, targets: FloatArray) ->
 def _arrival_samples(parameters: PathParameters) -> int:
     """Return the number of samples of the arrival, at the mean speed of the tips."""
     return round(parameters.retreat_m / parameters.tip_speed_m_s / parameters.time_step_s)
+
+
+def _slowdown(joints: FloatArray, step: float, limits: FloatArray, acceleration: float) -> float:
+    """Return how many times slower the motion must be to keep the joints' velocities and acceleration."""
+    speeds = np.diff(joints, axis=0) / step
+    fastest = (np.abs(speeds) / limits).max(initial=0.0)
+    sharpest = np.abs(np.diff(speeds, axis=0)).max(initial=0.0) / (step * acceleration)
+    return float(max(fastest, np.sqrt(sharpest)))
 
 
 def _stretched(targets: FloatArray, factor: float) -> FloatArray:

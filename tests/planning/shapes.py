@@ -69,3 +69,16 @@ def shrinking(target: Surface, *, steps: int = 10, margin: float = 1.2) -> list[
         points = target.centroid + d * (share + (1 - share) * scale)
         found.append(surface_of(points, meridians, parallels, at_rest=False))
     return [*found[:-1], target]
+
+
+def lifted(surface: Surface, height_m: float) -> Surface:
+    """Move a surface up."""
+    shift = np.array([0.0, 0.0, height_m])
+    return Surface(
+        surface.points + shift,
+        surface.normals,
+        surface.centroid + shift,
+        surface.network,
+        surface.iteration,
+        surface.at_rest,
+    )
