@@ -11,10 +11,11 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
 from graspbench.manipulation.integration import INTEGRATORS, step
-from graspbench.manipulation.kernels import contact_twists
+from graspbench.manipulation.kernels import respond
 from graspbench.manipulation.motion import PoseSample
 from graspbench.manipulation.projection import prioritised_velocity
 from graspbench.manipulation.qp import HierarchicalQP, QpParameters
+from graspbench.manipulation.rotations import EULER_GUARD
 from graspbench.manipulation.task import Task, smooth_step
 
 Reference = Callable[[float], PoseSample]
@@ -74,6 +75,8 @@ class ClikHistory:
         joints: Shape (t, n_q), rad.
         contact_variables: [xi; theta] of each contact, shape (t, n_c, 5).
         velocities: z' at the start of each period, shape (t, n_variables).
+        desired_positions: Desired position of the object's origin, shape (t, 3), m.
+        desired_rotations: Desired orientation, shape (t, 3, 3).
         pose_errors: Desired minus actual pose, one loop a finger, shape (t, n_c, 6).
         object_positions: The object's origin as each finger has it, shape (t, n_c, 3).
         object_rotations: Its orientation, shape (t, n_c, 3, 3).
@@ -87,6 +90,8 @@ class ClikHistory:
     joints: FloatArray
     contact_variables: FloatArray
     velocities: FloatArray
+    desired_positions: FloatArray
+    desired_rotations: FloatArray
     pose_errors: FloatArray
     object_positions: FloatArray
     object_rotations: FloatArray
@@ -146,6 +151,7 @@ class Clik:
         self.scale = _scale(system, parameters)
         self._gain = np.repeat([parameters.gain, parameters.rotation_gain], 3)
         self._wanted = np.zeros(m)
+        self._transpose = self._feedback_only = parameters.method == "transpose"
         self._stack = _TaskStack(n)
         self._qp = (
             HierarchicalQP(system, parameters.qp, self.scale, parameters.step_s)
@@ -165,18 +171,24 @@ class Clik:
         Raises:
             ManipulationError: A ball joint is at its singularity, or the QP has no solution.
         """
-        self.state.update(joints, contacts)
-        contact_twists(
+        state = self.state
+        state.joints[:] = joints
+        state.contact_variables[:] = contacts
+        smallest = respond(
             self.system.arrays,
-            self.state.arrays,
+            state.joints,
+            state.contact_variables,
+            state.arrays,
             desired.position,
             desired.rotation,
             desired.twist,
             self._gain,
-            self.parameters.method == "transpose",
+            self._feedback_only,
             self.errors,
             self._wanted,
         )
+        if smallest < EULER_GUARD:
+            state.refuse_singularity()
         values = [self._task_value(k, task, time_s) for k, task in enumerate(self.tasks.values())]
         before, after, share = self._order(time_s)
         velocity = self._solve(values, after)
@@ -193,7 +205,7 @@ class Clik:
         if value is None:
             return None
         activation = presence * value.activation
-        self.activations[k] = float(np.max(activation, initial=0.0))
+        self.activations[k] = activation if isinstance(activation, float) else activation.max()
         return value.jacobian, task.gain * value.error, activation
 
     def _order(self, time_s: float) -> tuple[Sequence[int], Sequence[int], float]:
@@ -215,7 +227,7 @@ class Clik:
             self.state.jacobian,
             self._wanted,
             self.scale,
-            self.parameters.method == "transpose",
+            self._transpose,
             self.parameters.singular_threshold,
             self.parameters.largest_damping,
             stack.jacobian,
@@ -297,6 +309,8 @@ def simulate(
         np.zeros((steps + 1, n_q)),
         np.zeros((steps + 1, n_c, 5)),
         np.zeros((steps + 1, system.n_variables)),
+        np.zeros((steps + 1, 3)),
+        np.zeros((steps + 1, 3, 3)),
         np.zeros((steps + 1, n_c, 6)),
         np.zeros((steps + 1, n_c, 3)),
         np.zeros((steps + 1, n_c, 3, 3)),
@@ -313,6 +327,7 @@ def simulate(
         desired = clik.reference(time)
         velocity = clik.respond(time, desired, q, eta)
         history.joints[k], history.contact_variables[k], history.velocities[k] = q, eta, velocity
+        history.desired_positions[k], history.desired_rotations[k] = desired.position, desired.rotation
         history.pose_errors[k] = clik.errors
         history.object_positions[k] = clik.state.object_positions
         history.object_rotations[k] = clik.state.object_rotations

@@ -215,12 +215,20 @@ class State:
         self.contact_variables[:] = contact_variables
         evaluate(self.system.arrays, self.joints, self.contact_variables, self.arrays)
         if self.arrays.euler_cosines.min() < EULER_GUARD:
-            contact = int(np.argmin(self.arrays.euler_cosines))
-            raise ManipulationError(
-                f"the ball joint angles of contact {contact} reached their singularity at 90 deg",
-                remedy="start with aligned finger frames, or turn the object less",
-                contact=contact,
-            )
+            self.refuse_singularity()
+
+    def refuse_singularity(self) -> None:
+        """Say which contact's Euler angles are at their singularity.
+
+        Raises:
+            ManipulationError: Always.
+        """
+        contact = int(np.argmin(self.arrays.euler_cosines))
+        raise ManipulationError(
+            f"the ball joint angles of contact {contact} reached their singularity at 90 deg",
+            remedy="start with aligned finger frames, or turn the object less",
+            contact=contact,
+        )
 
     def grasp_transpose(self, contact: int) -> FloatArray:
         """Return G_i^T of (4.5), its counting rows and columns, shape (rows, rows)."""

@@ -165,8 +165,14 @@ class ForceDistribution:
     def _solve(self, grasp: FloatArray, load: FloatArray, cones: FloatArray, highs: FloatArray) -> FloatArray:
         from proxsuite import proxqp
 
-        n, lows = grasp.shape[1], np.full(len(highs), -1e8)
-        shape = (n, len(load), len(highs))
+        # ProxQP calls problems with dependent equality rows infeasible: keep independent ones only.
+        basis, values, _ = np.linalg.svd(grasp)
+        rank = int(np.sum(values > 1e-9 * values[0]))
+        if np.abs(basis[:, rank:].T @ load).max(initial=0.0) > 1e-7 * max(float(np.abs(load).max()), 1.0):
+            raise _unbalanced(load)
+        grasp, load = basis[:, :rank].T @ grasp, basis[:, :rank].T @ load
+        n, lows = grasp.shape[1], np.full(len(highs), -1e20)
+        shape = (n, rank, len(highs))
         data = (np.eye(n), np.zeros(n), grasp, load, cones, lows, highs)
         if self._solver is None or shape != self._shape:
             self._solver, self._shape = proxqp.dense.QP(*shape), shape
@@ -179,12 +185,16 @@ class ForceDistribution:
         self._solver.solve()
         if self._solver.results.info.status != proxqp.PROXQP_SOLVED:
             self._solver = None  # a failed solve must not warm-start the next
-            raise ManipulationError(
-                "no contact forces inside the friction cones balance the load",
-                remedy="raise the friction or the largest force, or move the object more slowly",
-                load=load,
-            )
+            raise _unbalanced(load)
         return np.array(self._solver.results.x)
+
+
+def _unbalanced(load: FloatArray) -> ManipulationError:
+    return ManipulationError(
+        "no contact forces inside the friction cones balance the load",
+        remedy="raise the friction or the largest force, or move the object more slowly",
+        load=load,
+    )
 
 
 def _directions(kind: str, normal: FloatArray, tangents: FloatArray, planar: bool) -> list[FloatArray]:

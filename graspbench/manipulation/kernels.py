@@ -243,6 +243,29 @@ def _forward(system: SystemArrays, joints: FloatArray, state: StateArrays) -> No
 
 
 @njit(cache=True)
+def respond(
+    system: SystemArrays,
+    joints: FloatArray,
+    contacts: FloatArray,
+    state: StateArrays,
+    position: FloatArray,
+    rotation: FloatArray,
+    twist: FloatArray,
+    gain: FloatArray,
+    feedback_only: bool,
+    errors: FloatArray,
+    out: FloatArray,
+) -> float:
+    """Do `evaluate` and `contact_twists` in one call; return the smallest cos theta_2."""
+    evaluate(system, joints, contacts, state)
+    contact_twists(system, state, position, rotation, twist, gain, feedback_only, errors, out)
+    smallest = 1.0
+    for i in range(len(state.euler_cosines)):
+        smallest = min(smallest, state.euler_cosines[i])
+    return smallest
+
+
+@njit(cache=True)
 def contact_twists(
     system: SystemArrays,
     state: StateArrays,

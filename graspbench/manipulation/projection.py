@@ -241,15 +241,16 @@ def _add_tasks(
                     reduced[i, k] += along * free[r, k]
         for r in range(d):
             added[r] += h * _dot(free[r], coordinates)
-        _remove_directions(free, reduced, _PROJECTOR_DAMPING**2 * size, h)
+        if block + 1 < n_blocks:
+            _remove_directions(free, reduced, _PROJECTOR_DAMPING**2 * size, h)
     for r in range(d):
         for k in range(n):
             out[k] += added[r] * basis[r, k]
 
 
 @njit(cache=True)
-def _damped_solve(rows: FloatArray, damping: float, x: FloatArray) -> FloatArray:
-    """Solve (A A^T + damping I) y = x in place and return the factor."""
+def _damped_solve(rows: FloatArray, damping: float, x: FloatArray) -> None:
+    """Solve (A A^T + damping I) y = x in place."""
     m = len(rows)
     gram = np.empty((m, m))
     for i in range(m):
@@ -259,7 +260,6 @@ def _damped_solve(rows: FloatArray, damping: float, x: FloatArray) -> FloatArray
     _cholesky(gram)
     _lower_solve(gram, x)
     _upper_solve(gram, x)
-    return gram
 
 
 @njit(cache=True)
@@ -270,16 +270,25 @@ def _remove_directions(free: FloatArray, rows: FloatArray, damping: float, h: fl
     loses its last direction to those above it.
     """
     m, d = rows.shape
-    kept, x = np.eye(d), np.zeros(m)
-    factor = _damped_solve(rows, damping, x)
+    # A^T (A A^T + damping)^-1 A = (A^T A + damping)^-1 A^T A, whose matrix is the smaller one
+    gram, factor = np.zeros((d, d)), np.empty((d, d))
+    for i in range(m):
+        for r in range(d):
+            for k in range(d):
+                gram[r, k] += rows[i, r] * rows[i, k]
+    for r in range(d):
+        for k in range(d):
+            factor[r, k] = gram[r, k]
+        factor[r, r] += damping
+    _cholesky(factor)
+    kept, x = np.eye(d), np.empty(d)
     for k in range(d):
-        for i in range(m):
-            x[i] = rows[i, k]
+        for r in range(d):
+            x[r] = gram[r, k]
         _lower_solve(factor, x)
         _upper_solve(factor, x)
         for r in range(d):
-            for i in range(m):
-                kept[r, k] -= h * rows[i, r] * x[i]
+            kept[r, k] -= h * x[r]
     half = np.zeros((d, d))
     for r in range(d):
         for k in range(d):

@@ -115,7 +115,13 @@ class HierarchicalQP:
         self.levels_solved = 0
         if inside and np.all(rows @ projected >= least - _SLACK):
             return np.clip(projected, low, high)
+        return self._solve_levels(state, projected, main, tasks)
 
+    def _solve_levels(
+        self, state: State, projected: FloatArray, main: FloatArray, tasks: Sequence[FloatArray]
+    ) -> FloatArray:
+        low, high = self.bounds(state)
+        rows, least = self.distance_rows(state)
         scale = self.scale
         box = (low / scale, high / scale)
         near, rows = projected / scale, rows * scale
@@ -133,7 +139,11 @@ class HierarchicalQP:
                 break
             best = found
             self.levels_solved += 1
-            fixed, values = np.vstack([fixed, matrix]), np.concatenate([values, matrix @ best])
+            # Independent directions only: ProxQP calls problems with dependent equalities infeasible.
+            fixed = _row_space(np.vstack([fixed, matrix]))
+            values = fixed @ best
+            if len(fixed) == len(near):
+                break
         if best is None:
             raise ManipulationError(
                 "the quadratic program of the object's motion has no solution",
@@ -154,7 +164,7 @@ class HierarchicalQP:
         box: tuple[FloatArray, FloatArray],
     ) -> FloatArray | None:
         """Minimise |matrix x - wanted|^2, ties towards ``near``, with the levels above fixed."""
-        tie = 1e-7
+        tie = 1e-9
         hessian = matrix.T @ matrix + tie * np.eye(len(near))
         gradient = -(matrix.T @ wanted) - tie * near
         return self._solve(hessian, gradient, fixed, values, rows, least, box)
@@ -199,3 +209,9 @@ class HierarchicalQP:
         if solver.results.info.status != proxqp.PROXQP_SOLVED:
             return None
         return np.array(solver.results.x)
+
+
+def _row_space(matrix: FloatArray) -> FloatArray:
+    """Return an orthonormal basis of a matrix's row space, shape (rank, n)."""
+    _, values, right = np.linalg.svd(matrix, full_matrices=False)
+    return np.asarray(right[values > 1e-8 * max(float(values.max(initial=0.0)), 1e-12)])

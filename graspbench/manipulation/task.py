@@ -51,6 +51,8 @@ class Task(ABC):
 
     def presence(self, time_s: float) -> float:
         """Return how much the task takes part at a time, 0 to 1, smooth."""
+        if self.start_s + self.ramp_s <= time_s <= self.end_s:
+            return 1.0
         entered = smooth_step((time_s - self.start_s) / self.ramp_s)
         return entered * (1.0 - smooth_step((time_s - self.end_s) / self.ramp_s))
 

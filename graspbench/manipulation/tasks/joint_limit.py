@@ -1,11 +1,14 @@
 """Keep joints away from their limits."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.manipulation.contact_kinematics import State
 from graspbench.manipulation.task import TASKS, Task, TaskValue, smooth_steps
 
@@ -21,21 +24,50 @@ class JointLimit(Task):
     upper: Annotated[tuple[float, ...], Field(description="Upper limits, rad; the hand's if empty")] = ()
     margin: Annotated[float, Field(gt=0, description="Where the task begins, before the limit, rad")] = 0.1
 
+    @cached_property
+    def _given(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        return np.array(self.joints, dtype=np.int64), np.array(self.lower), np.array(self.upper)
+
     def evaluate(self, state: State) -> TaskValue | None:
         """Return one row for every joint inside the margin, or None."""
         tree = state.system.tree
-        chosen = np.array(self.joints, dtype=np.int64) if self.joints else np.arange(tree.n_joints)
-        lower = np.array(self.lower) if self.lower else tree.lower[chosen]
-        upper = np.array(self.upper) if self.upper else tree.upper[chosen]
-        q = state.joints[chosen]
-        above, below = q - (upper - self.margin), (lower + self.margin) - q
-        near = np.flatnonzero(np.maximum(above, below) > 0.0)
-        if near.size == 0:
+        joints, lower, upper = self._given
+        if not self.joints:
+            joints = np.arange(tree.n_joints)
+        if not self.lower:
+            lower = tree.lower[joints]
+        if not self.upper:
+            upper = tree.upper[joints]
+        errors, near = np.empty(len(joints)), np.empty(len(joints), dtype=np.int64)
+        count = _violations(state.joints, joints, lower, upper, self.margin, errors, near)
+        if count == 0:
             return None
-        above, below = above[near], below[near]
-        jacobian = np.zeros((near.size, state.system.n_variables))
-        jacobian[np.arange(near.size), chosen[near]] = 1.0
+        errors, near = errors[:count], near[:count]
+        jacobian = np.zeros((count, state.system.n_variables))
+        jacobian[np.arange(count), near] = 1.0
         # full strength half-way into the margin, so that the limit itself is never needed
-        inside = np.maximum(above, below) / self.margin
-        error = np.where(above > below, -above, below)
-        return TaskValue(q[near], jacobian, error, smooth_steps(2.0 * inside))
+        return TaskValue(
+            state.joints[near], jacobian, errors, smooth_steps(np.abs(errors) * (2.0 / self.margin))
+        )
+
+
+@njit(cache=True)
+def _violations(
+    q: FloatArray,
+    joints: IntArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    margin: float,
+    errors: FloatArray,
+    near: IntArray,
+) -> int:
+    """Write the way back out of the margin for every joint inside one; return how many there are."""
+    count = 0
+    for k in range(len(joints)):
+        above = q[joints[k]] - (upper[k] - margin)
+        below = (lower[k] + margin) - q[joints[k]]
+        if above > 0.0 or below > 0.0:
+            errors[count] = -above if above > below else below
+            near[count] = joints[k]
+            count += 1
+    return count

@@ -1,0 +1,294 @@
+"""In-hand manipulation: a robot hand moves an object it grasps through a given motion (thesis 4.4)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import HandError, ManipulationError
+from graspbench.grasp.configuration import Grasp
+from graspbench.hand import HandModel
+from graspbench.manipulation.charts import Chart, mesh_patch
+from graspbench.manipulation.classification import GraspClass, classify
+from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, simulate
+from graspbench.manipulation.contact_kinematics import Contact, ContactType, ManipulationSystem
+from graspbench.manipulation.forces import ForceDistribution, ForceParameters
+from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
+from graspbench.manipulation.task import build_tasks
+from graspbench.manipulation.tree import KinematicTree, tree_from_pinocchio
+from graspbench.reconstruction.surface import Surface
+
+_GRAVITY = 9.81
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """How a hand's fingertips meet the object while they move it."""
+
+    kind: Annotated[
+        ContactType, Field(description="rolling (spherical tips without slip), hard, soft or frictionless")
+    ] = "rolling"
+    patch_radius_m: Annotated[float, Field(gt=0, description="Size of the local charts on a mesh")] = 0.015
+    mass_kg: Annotated[float, Field(gt=0, description="Mass of the object, for the contact forces")] = 0.1
+    force_rate_hz: Annotated[float, Field(gt=0, description="How often contact forces are computed")] = 50.0
+    forces: Annotated[ForceParameters, Field(description="Contact force distribution")] = field(
+        default_factory=ForceParameters
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ManipulationResult:
+    """A motion of hand and object.
+
+    Attributes:
+        history: Everything by time, palm frame; the first finger of its arrays is the grasp's first contact.
+        joint_names: Names of the joints' columns.
+        grasp_class: Class of the grasp at the start.
+        transform_palm_to_world: Pose of the palm, shape (4, 4); it stays where it is.
+        transforms_object_to_palm: Pose of the object by time, shape (t, 4, 4).
+        desired_transforms_object_to_palm: Pose asked for, shape (t, 4, 4).
+        position_error_m: Largest position error of a finger's loop, shape (t,).
+        rotation_error_deg: Largest orientation error, shape (t,).
+        contact_points: Contacts on the object, object frame, shape (t, n_c, 3), m.
+        contact_drift_m: How far each contact is from where its contact type lets it be, shape (t, n_c).
+        force_times: When the forces were computed, shape (s,), s.
+        forces: Fingers' forces on the object, palm frame, shape (s, n_c, 3), N; NaN where none balance.
+        force_margins: Smallest margin to a friction cone's side, shape (s,), N; NaN likewise.
+    """
+
+    history: ClikHistory
+    joint_names: tuple[str, ...]
+    grasp_class: GraspClass
+    transform_palm_to_world: FloatArray
+    transforms_object_to_palm: FloatArray
+    desired_transforms_object_to_palm: FloatArray
+    position_error_m: FloatArray
+    rotation_error_deg: FloatArray
+    contact_points: FloatArray
+    contact_drift_m: FloatArray
+    force_times: FloatArray
+    forces: FloatArray
+    force_margins: FloatArray
+
+    def summary(self) -> dict[str, float | int | bool]:
+        """Return the figures that decide, by name."""
+        known = self.force_margins[np.isfinite(self.force_margins)]
+        return {
+            "duration_s": float(self.history.times[-1]),
+            "position_error_max_m": float(self.position_error_m.max()),
+            "rotation_error_max_deg": float(self.rotation_error_deg.max()),
+            "contact_drift_max_m": float(self.contact_drift_m.max()),
+            "closed_chain_residual_max_m": float(self.history.closed_chain_residual_m.max()),
+            "joint_velocity_max_rad_s": float(
+                np.abs(self.history.velocities[:, : self.history.joints.shape[1]]).max()
+            ),
+            "redundant": self.grasp_class.redundant,
+            "indeterminate": self.grasp_class.indeterminate,
+            "degrees_of_freedom": self.grasp_class.degrees_of_freedom,
+            "force_margin_min_n": float(known.min()) if known.size else float("nan"),
+            "balanced_share": float(known.size / max(len(self.force_margins), 1)),
+        }
+
+
+def manipulate_object(
+    hand: HandModel,
+    grasp: Grasp,
+    surface: Surface | Chart | Sequence[Chart],
+    motion: MotionParameters,
+    clik: ClikParameters,
+    contact: ContactParameters | None = None,
+    *,
+    transform_object_to_world: FloatArray | None = None,
+) -> ManipulationResult:
+    """Move a grasped object through a motion by the fingers alone; the palm stays.
+
+    Args:
+        hand: The hand.
+        grasp: Grasp with the hand's posture, its contacts in the world.
+        surface: The object's reconstructed surface in the world, from which a chart is fitted around
+            each contact; or one chart for all contacts, or one a contact, in the object frame.
+        motion: What the object shall do, in palm axes.
+        clik: Inverse kinematics and secondary tasks.
+        contact: Contact type and forces.
+        transform_object_to_world: The object's pose; by default its frame is at the grasp's centroid with the
+            world's axes.
+
+    Raises:
+        HandError: The grasp has no posture.
+        ManipulationError: A contact leaves its chart or the kinematics cannot go on.
+    """
+    chosen = contact or ContactParameters()
+    posture = grasp.posture
+    if posture is None:
+        raise HandError("the grasp has no hand posture", remedy="plan it with a hand")
+    pose = np.eye(4) if transform_object_to_world is None else np.array(transform_object_to_world)
+    if transform_object_to_world is None:
+        pose[:3, 3] = grasp.centroid
+    fingers = posture.fingers
+    charts = _charts(surface, grasp, pose, chosen.patch_radius_m)
+    contacts = [Contact(chart, chosen.kind, hand.tip_radius_m) for chart in charts]
+    tree = hand_tree(hand, fingers)
+    to_palm = np.linalg.inv(posture.transform_palm_to_world) @ pose
+    rough = ManipulationSystem(tree, contacts)
+    joints, charts = _touch(rough, posture.joints, charts, to_palm)
+    contacts = [replace(c, chart=chart) for c, chart in zip(contacts, charts, strict=True)]
+    system, variables = ManipulationSystem(tree, contacts).grasped(joints, to_palm[:3, 3], to_palm[:3, :3])
+
+    trajectory = object_motion(motion, to_palm[:3, 3], to_palm[:3, :3])
+    law = Clik(system, trajectory, clik, build_tasks(clik.tasks))
+    grasp_class = classify(system.state(joints, variables))
+    forces = _ForceRecorder(chosen, trajectory, posture.transform_palm_to_world[:3, :3], clik.step_s)
+    history = simulate(law, joints, variables, motion.duration_s, watch=forces.watch)
+    return _result(system, history, grasp_class, forces, hand, posture.transform_palm_to_world)
+
+
+def hand_tree(hand: HandModel, fingers: Sequence[int]) -> KinematicTree:
+    """Return the tree of a hand in its palm frame, with one tip for each of the chosen fingers."""
+    tree = tree_from_pinocchio(hand.model, [hand.tip_links[finger] for finger in fingers])
+    to_palm = np.linalg.inv(hand.transform_palm_to_root)
+    rotations, translations = tree.placement_rotations.copy(), tree.placement_translations.copy()
+    for joint in np.flatnonzero(tree.parents < 0):
+        rotations[joint] = to_palm[:3, :3] @ rotations[joint]
+        translations[joint] = to_palm[:3, :3] @ translations[joint] + to_palm[:3, 3]
+    return replace(
+        tree,
+        placement_rotations=rotations,
+        placement_translations=translations,
+        lower=hand.lower,
+        upper=hand.upper,
+        velocity_limits=hand.velocity_limits,
+    )
+
+
+def _charts(
+    surface: Surface | Chart | Sequence[Chart], grasp: Grasp, pose: FloatArray, radius_m: float
+) -> list[Chart]:
+    n = len(grasp.points)
+    if isinstance(surface, Chart):
+        return [surface] * n
+    if not isinstance(surface, Surface):
+        return list(surface)
+    inverse = np.linalg.inv(pose)
+    points = surface.points @ inverse[:3, :3].T + inverse[:3, 3]
+    centres = grasp.points @ inverse[:3, :3].T + inverse[:3, 3]
+    normals = grasp.normals @ inverse[:3, :3].T
+    return [
+        mesh_patch(points, centre, normal, radius_m=radius_m)
+        for centre, normal in zip(centres, normals, strict=True)
+    ]
+
+
+def _touch(
+    system: ManipulationSystem, joints: FloatArray, charts: Sequence[Chart], to_palm: FloatArray
+) -> tuple[FloatArray, list[Chart]]:
+    """Close the gap a planned posture leaves: bring each tip's centre exactly to radius from its chart."""
+    q = np.array(joints, dtype=np.float64)
+    state = system.state(q, np.zeros((system.n_contacts, 5)))
+    rotation, position = to_palm[:3, :3], to_palm[:3, 3]
+    for _ in range(20):
+        gap = 0.0
+        change = np.zeros_like(q)
+        for i, chart in enumerate(charts):
+            radius = system.contacts[i].tip_radius_m
+            tip = rotation.T @ (state.tip_positions[i] - position)
+            at = chart(chart.locate(tip, tolerance_m=radius + 0.01))
+            miss = rotation @ (at.point + radius * at.frame[:, 2] - tip)
+            gap = max(gap, float(np.linalg.norm(miss)))
+            change += np.linalg.pinv(state.tip_jacobians[i, :3], rcond=1e-3) @ miss
+        if gap < 1e-12:
+            return q, list(charts)
+        q = np.clip(q + change, system.tree.lower, system.tree.upper)
+        state.update(q, state.contact_variables)
+    if gap > 1e-7:
+        raise ManipulationError(
+            f"a fingertip stays {gap * 1e3:.3f} mm off the surface at the start",
+            remedy="plan the grasp with a smaller joint margin",
+            gap_m=gap,
+        )
+    return q, list(charts)
+
+
+class _ForceRecorder:
+    """Computes contact forces at a lower rate while the motion runs."""
+
+    def __init__(
+        self, parameters: ContactParameters, trajectory: Trajectory, to_world: FloatArray, step_s: float
+    ) -> None:
+        self.times: list[float] = []
+        self.forces: list[FloatArray] = []
+        self.margins: list[float] = []
+        self._every = max(round(1.0 / (parameters.force_rate_hz * step_s)), 1)
+        self._step_s, self._trajectory, self._mass = step_s, trajectory, parameters.mass_kg
+        self._up = to_world.T @ np.array([0.0, 0.0, 1.0])
+        self._distribute = ForceDistribution(parameters.forces)
+
+    def watch(self, clik: Clik, period: int) -> None:
+        if period % self._every:
+            return
+        time_s = period * self._step_s
+        load = np.zeros(6)
+        # a point mass: the torque of a small object's angular acceleration is negligible here
+        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + _GRAVITY * self._up)
+        self.times.append(time_s)
+        try:
+            found = self._distribute(clik.state, load)
+        except ManipulationError:
+            self.forces.append(np.full((clik.system.n_contacts, 3), np.nan))
+            self.margins.append(float("nan"))
+        else:
+            self.forces.append(found.forces)
+            self.margins.append(found.smallest_margin)
+
+
+def _result(
+    system: ManipulationSystem,
+    history: ClikHistory,
+    grasp_class: GraspClass,
+    forces: _ForceRecorder,
+    hand: HandModel,
+    palm: FloatArray,
+) -> ManipulationResult:
+    actual = np.tile(np.eye(4), (len(history.times), 1, 1))
+    wanted = actual.copy()
+    actual[:, :3, :3] = history.object_rotations[:, 0]
+    actual[:, :3, 3] = history.object_positions.mean(axis=1)
+    wanted[:, :3, :3], wanted[:, :3, 3] = history.desired_rotations, history.desired_positions
+    points, drift = _contacts(system, history, wanted)
+    return ManipulationResult(
+        history=history,
+        joint_names=hand.joint_names,
+        grasp_class=grasp_class,
+        transform_palm_to_world=palm,
+        transforms_object_to_palm=actual,
+        desired_transforms_object_to_palm=wanted,
+        position_error_m=np.linalg.norm(history.pose_errors[:, :, :3], axis=2).max(axis=1),
+        rotation_error_deg=np.rad2deg(np.linalg.norm(history.pose_errors[:, :, 3:], axis=2).max(axis=1)),
+        contact_points=points,
+        contact_drift_m=drift,
+        force_times=np.array(forces.times),
+        forces=np.array(forces.forces),
+        force_margins=np.array(forces.margins),
+    )
+
+
+def _contacts(
+    system: ManipulationSystem, history: ClikHistory, wanted: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the contacts' points, and how far the tips are from them on the object as it should be.
+
+    The tip's centre comes from the joints alone and the contact from the contact variables alone, so the
+    distance tells whether the contact holds: whether it is where its type lets it be.
+    """
+    state = system.state(history.joints[0], history.contact_variables[0])
+    points = np.zeros((len(history.times), system.n_contacts, 3))
+    drift = np.zeros(points.shape[:2])
+    radii = system.arrays.tip_radii[:, None]
+    for k in range(len(points)):
+        state.update(history.joints[k], history.contact_variables[k])
+        points[k] = state.surface_points
+        tips = (state.tip_positions - wanted[k, :3, 3]) @ wanted[k, :3, :3]
+        drift[k] = np.linalg.norm(tips - points[k] - radii * state.surface_normals, axis=1)
+    return points, drift
