@@ -1,1 +1,58 @@
-"""Planning of grasps and of the fingertips' paths to them."""
+"""Planning of grasps and of the fingertips' paths to them.
+
+The names below load on first use, so that reading the configuration does not load the planners.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from graspbench.planning.index import INDICES, Index, Moves, make_index
+from graspbench.planning.parameters import BarrierParameters, PathParameters, PlannerParameters
+
+if TYPE_CHECKING:
+    from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
+    from graspbench.planning.grip_plane import GripGeometry, grip_geometry
+    from graspbench.planning.local import LocalPlan, plan_local
+    from graspbench.planning.tracking import JointPath, track
+    from graspbench.planning.trajectory import FingertipPath, fingertip_paths
+
+__all__ = [
+    "INDICES",
+    "BarrierParameters",
+    "FingertipPath",
+    "GlobalResult",
+    "GripGeometry",
+    "Index",
+    "JointPath",
+    "LocalPlan",
+    "Moves",
+    "PathParameters",
+    "PlannerParameters",
+    "SearchParameters",
+    "fingertip_paths",
+    "grip_geometry",
+    "make_index",
+    "plan_global",
+    "plan_local",
+    "track",
+]
+
+_HOMES = {
+    "FingertipPath": "trajectory",
+    "GlobalResult": "global_search",
+    "GripGeometry": "grip_plane",
+    "JointPath": "tracking",
+    "LocalPlan": "local",
+    "SearchParameters": "global_search",
+    "fingertip_paths": "trajectory",
+    "grip_geometry": "grip_plane",
+    "plan_global": "global_search",
+    "plan_local": "local",
+    "track": "tracking",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

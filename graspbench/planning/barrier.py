@@ -7,10 +7,9 @@ touch repels most, and is no move at all.
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Protocol
+from typing import Protocol
 
 import numpy as np
-from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.hand.chains import Chains
@@ -21,6 +20,7 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.shapes import Shapes
 from graspbench.planning.index import Moves, contour_nodes, free_moves
+from graspbench.planning.parameters import BarrierParameters
 from graspbench.reconstruction.surface import Surface
 
 REACH_TOLERANCE_M = 1e-5
@@ -30,25 +30,6 @@ LARGEST = 10.0
 """Where a term is cut off, in strengths: what a point beyond the margin, or out of reach, repels with."""
 
 _CENTRING = 0.02
-
-
-@dataclass(frozen=True)
-class BarrierParameters:
-    """Where the kinematic barrier begins; it is infinite at the hand's own margins."""
-
-    joint_margin: Annotated[
-        float,
-        Field(gt=0, lt=0.5, description="Distance to a joint limit where f_j begins, share of the range"),
-    ] = 0.08
-    singular_value_m: Annotated[
-        float, Field(gt=0, description="Smallest singular value of the tip Jacobian where f_s begins, m/rad")
-    ] = 0.012
-    clearance_m: Annotated[
-        float, Field(gt=0, description="Distance to other fingers, palm and ground where f_c begins")
-    ] = 0.006
-    strength_n: Annotated[
-        float, Field(ge=0, description="Force of each term where it is half-way to the margin")
-    ] = 1.0
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.reconstruction.surface import Surface
 from graspbench.registry import Registry
 
 if TYPE_CHECKING:
     from graspbench.grasp.quality import QualityParameters
+    from graspbench.reconstruction.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Index(Protocol):
     parameters: ClassVar[type[Any]]
     """Frozen dataclass of the index's parameters, every field with a default."""
 
-    def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
+    def propose(self, surface: "Surface", vertices: IntArray, moves: Moves) -> IntArray | None:
         """Return the next vertices, one of ``moves.nodes`` for each finger, or None at a local optimum.
 
         Args:
@@ -57,7 +57,7 @@ class Index(Protocol):
         """
         ...
 
-    def score(self, surface: Surface, vertices: IntArray) -> float:
+    def score(self, surface: "Surface", vertices: IntArray) -> float:
         """Return how good the index finds a grasp, higher is better, barrier left out."""
         ...
 
@@ -82,7 +82,7 @@ def make_index(name: str, parameters: Any, n_f: int, quality: "QualityParameters
     return index
 
 
-def free_moves(surface: Surface, vertices: IntArray) -> Moves:
+def free_moves(surface: "Surface", vertices: IntArray) -> Moves:
     """Return the moves of fingers that no hand holds back: the whole contours.
 
     Args:
@@ -93,7 +93,7 @@ def free_moves(surface: Surface, vertices: IntArray) -> Moves:
     return Moves(nodes, np.zeros(nodes.shape), np.zeros((len(vertices), 3)))
 
 
-def contour_nodes(surface: Surface, vertices: IntArray) -> IntArray:
+def contour_nodes(surface: "Surface", vertices: IntArray) -> IntArray:
     """Return each contact's vertex and the contour around it.
 
     Args:

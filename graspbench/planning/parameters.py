@@ -5,7 +5,24 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from graspbench.planning.barrier import BarrierParameters
+
+@dataclass(frozen=True)
+class BarrierParameters:
+    """Where the kinematic barrier begins; it is infinite at the hand's own margins."""
+
+    joint_margin: Annotated[
+        float,
+        Field(gt=0, lt=0.5, description="Distance to a joint limit where f_j begins, share of the range"),
+    ] = 0.08
+    singular_value_m: Annotated[
+        float, Field(gt=0, description="Smallest singular value of the tip Jacobian where f_s begins, m/rad")
+    ] = 0.012
+    clearance_m: Annotated[
+        float, Field(gt=0, description="Distance to other fingers, palm and ground where f_c begins")
+    ] = 0.006
+    strength_n: Annotated[
+        float, Field(ge=0, description="Force of each term where it is half-way to the margin")
+    ] = 1.0
 
 
 @dataclass(frozen=True)
@@ -60,9 +77,7 @@ class PlannerParameters:
     ] = 3
     select: Annotated[
         Literal["first", "index", "quality"],
-        Field(
-            description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"
-        ),
+        Field(description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"),
     ] = "quality"
     max_moves: Annotated[
         int, Field(ge=1, description="Moves on one surface after which the planner gives up")

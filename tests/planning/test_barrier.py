@@ -5,12 +5,12 @@ import pytest
 
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.planning.barrier import (
-    BarrierParameters,
     KinematicBarrier,
     barrier_force,
     hyperbolic_barrier,
 )
 from graspbench.planning.index import contour_nodes
+from graspbench.planning.parameters import BarrierParameters
 from tests.planning.shapes import ellipsoid, lifted
 
 HAND = load_hand(HandParameters(fingers=3))
@@ -41,7 +41,10 @@ def test_hyperbola():
     assert np.all(np.diff(values) < 0)
     # Continuous where it begins, and inversely proportional to the distance from the margin.
     assert hyperbolic_barrier(0.3 - 1e-9, 0.1, 0.3, 2.0) == pytest.approx(0.0, abs=1e-7)
-    near, nearer = hyperbolic_barrier(0.1 + 2e-6, 0.1, 0.3, 2.0), hyperbolic_barrier(0.1 + 1e-6, 0.1, 0.3, 2.0)
+    near, nearer = (
+        hyperbolic_barrier(0.1 + 2e-6, 0.1, 0.3, 2.0),
+        hyperbolic_barrier(0.1 + 1e-6, 0.1, 0.3, 2.0),
+    )
     assert nearer == pytest.approx(2 * near, rel=1e-4)
 
 
@@ -75,9 +78,7 @@ def test_terms_are_those_of_the_finger_solved_at_each_contour_point(grasp):
         start = posture.joints[HAND.finger_joints(finger)]
         solved = HAND.finger_ik(finger, targets, start, centring=0.02)
         assert values.reachable[i].all()
-        expected = [
-            hyperbolic_barrier(m, HAND.margins.joint, 0.45, 1.0) for m in solved.joint_margin
-        ]
+        expected = [hyperbolic_barrier(m, HAND.margins.joint, 0.45, 1.0) for m in solved.joint_margin]
         np.testing.assert_allclose(values.joint[i], expected, rtol=1e-6, atol=1e-9)
         expected = [
             hyperbolic_barrier(s, HAND.margins.singular_value_m, 0.06, 1.0)
@@ -119,7 +120,9 @@ def test_unreachable_points_are_no_moves(grasp):
 def test_without_a_posture_every_contour_point_is_a_move(grasp):
     vertices, _ = grasp
     finder = barrier()
-    np.testing.assert_array_equal(finder.moves(SURFACE, vertices, None).nodes, contour_nodes(SURFACE, vertices))
+    np.testing.assert_array_equal(
+        finder.moves(SURFACE, vertices, None).nodes, contour_nodes(SURFACE, vertices)
+    )
     assert finder.evaluations == 0
 
 

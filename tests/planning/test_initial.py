@@ -61,6 +61,9 @@ def test_nearest_nodes_of_the_rays():
     found = equilateral_vertices(
         surface, np.array([0.0, 0, 1]), np.array([1.0, 0, 0]), 4, np.array([0.0, np.pi / 6])
     )
-    expected = [[[1, 0], [0, 1], [-1, 0], [0, -1]], [[0.866, 0.5], [-0.5, 0.866], [-0.866, -0.5], [0.5, -0.866]]]
+    expected = [
+        [[1, 0], [0, 1], [-1, 0], [0, -1]],
+        [[0.866, 0.5], [-0.5, 0.866], [-0.866, -0.5], [0.5, -0.866]],
+    ]
     np.testing.assert_allclose(surface.points[found][..., :2] / 0.04, expected, atol=1e-3)
     np.testing.assert_allclose(surface.points[found][..., 2], 0.0, atol=1e-12)

@@ -31,7 +31,9 @@ def field(n_f=3, **parameters):
 
 def plan(surfaces, index=None, checker=None, n_f=3, quality=QUALITY, **planner):
     planner = {"planes": 3, "rotations": 3, **planner}
-    return plan_local(iter(surfaces), index or field(n_f), checker, n_f, PlannerParameters(**planner), quality)
+    return plan_local(
+        iter(surfaces), index or field(n_f), checker, n_f, PlannerParameters(**planner), quality
+    )
 
 
 def same(one, two):
@@ -88,7 +90,9 @@ def test_concurrent_plan_is_as_good_and_reports_both_times():
     for found in (lockstep, concurrent):
         assert 0 < found.reconstruction_time_s < found.time_s
         assert 0 < found.planning_time_s <= found.time_s
-    assert lockstep.reconstruction_time_s + lockstep.planning_time_s == pytest.approx(lockstep.time_s, rel=0.05)
+    assert lockstep.reconstruction_time_s + lockstep.planning_time_s == pytest.approx(
+        lockstep.time_s, rel=0.05
+    )
 
 
 def test_local_optimum_that_is_not_force_closure_is_never_a_grasp():
