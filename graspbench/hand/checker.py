@@ -18,6 +18,8 @@ from graspbench.hand.starts import approach_directions, rank_starts
 from graspbench.hand.task import HEIGHT, Task, make_system
 
 COLD_STARTS = 12
+REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 25, 10
+GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH = 0.5
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
@@ -52,7 +54,7 @@ class GraspChecker:
         self.margins = hand.margins if margins is None else margins
         self.pair_limit_m = pair_limit(hand)
         self._starts = starts
-        self._obstacle = np.zeros((0, 3))
+        self.set_object(None)
         self._assignments: dict[int, IntArray] = {}
         m = self.margins
         self._margins = np.array([m.joint, m.singular_value_m, m.ground_m, m.hand_m, m.object_m])
@@ -63,9 +65,11 @@ class GraspChecker:
 
     def set_object(self, points: FloatArray | None) -> None:
         """Set the points of the object's surface that palm and links must keep clear of, shape (m, 3)."""
-        self._obstacle = (
-            np.zeros((0, 3)) if points is None else np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
-        )
+        found = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float)
+        self._obstacle = np.ascontiguousarray(found.reshape(-1, 3))
+        # Fewer points guide the search; all of them judge its result.
+        stride = max(1, -(-len(self._obstacle) // GUIDE_POINTS))
+        self._guide = np.ascontiguousarray(self._obstacle[::stride])
 
     def place(
         self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
@@ -189,11 +193,17 @@ class GraspChecker:
         """Improve one start; return what it fails (bits), its comfort, and the posture."""
         hand = self.hand
         system = make_system(hand.chains, hand.shapes, len(task.obstacle))
+        guide, rough = (
+            task._replace(obstacle=self._guide),
+            system._replace(obstacle=np.empty_like(self._guide)),
+        )
         contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
         contact_of[fingers] = np.arange(len(fingers))
         if cold:
             # Reach first: collisions of a posture that is far off say nothing.
-            cost = improve(hand.chains, hand.shapes, task, contact_of, pose, joints, system, False, 10)
+            cost = improve(
+                hand.chains, hand.shapes, guide, contact_of, pose, joints, rough, False, REACH_STEPS
+            )
             if cost > HOPELESS_COST:
                 error = float(np.sqrt(cost)) * 1e-3
                 return (
@@ -201,7 +211,8 @@ class GraspChecker:
                     -error,
                     self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3)),
                 )
-        improve(hand.chains, hand.shapes, task, contact_of, pose, joints, system, True, 25 if cold else 10)
+        steps = COLD_STEPS if cold else WARM_STEPS
+        improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, rough, True, steps)
         quantities = self._settle(task, fingers, pose, joints)
         clearances = np.empty(3)
         measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
