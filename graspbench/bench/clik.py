@@ -7,6 +7,7 @@ contact variables and no priorities, so it is given the smaller problem.
 import gc
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +55,9 @@ def run(output_dir: Path | None = None, *, repeats: int = 3000, peer: bool = Tru
         ("transpose, no task", ClikParameters(method="transpose", integrator="euler"), {}),
         ("qp, 3 tasks", ClikParameters(method="qp", integrator="euler"), TASKS),
     ):
-        law, joints, variables = allegro_case(hand, parameters, tasks)
-        times = _time(lambda: _step(law, joints, variables), repeats)
-        rows.append(_row("graspbench", label, times, law.system.n_variables))
+        case = allegro_case(hand, parameters, tasks)
+        times = _time(partial(_step, *case), repeats)
+        rows.append(_row("graspbench", label, times, case[0].system.n_variables))
     if peer:
         times = _time(pink_step(hand), max(repeats // 3, 1))
         rows.append(_row("pin-pink", "four fingertips, joint limits", times, hand.n_joints))

@@ -241,8 +241,6 @@ def _chart(
     start = np.zeros(3) if origin is None else np.asarray(origin, dtype=np.float64)
     parameters = np.concatenate([matrix.reshape(9), start, np.asarray(numbers, dtype=np.float64)])
     assert parameters.size == HEADER + len(numbers)
-    parameters.setflags(write=False)
-    domain.setflags(write=False)
     return Chart(kind, parameters, domain, name)
 
 

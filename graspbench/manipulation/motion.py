@@ -1,5 +1,6 @@
 """Trajectories of the object: paths with a fifth-order time law (thesis 4.5)."""
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
@@ -9,7 +10,7 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError
-from graspbench.manipulation.rotations import rotation_matrix
+from graspbench.manipulation.rotations import turn
 
 
 class PoseSample(NamedTuple):
@@ -58,31 +59,34 @@ class Trajectory:
             raise ConfigurationError("a trajectory needs a segment")
         self.segments = tuple(segments)
         ends = np.cumsum([segment.pause_s + segment.duration_s for segment in segments])
-        self._starts = np.concatenate([[0.0], ends[:-1]])
+        self._starts = [0.0, *(float(end) for end in ends[:-1])]
         self.duration_s = float(ends[-1])
-        self._rotations = [np.asarray(rotation, dtype=np.float64)]
+        self._rotations = [np.array(rotation, dtype=np.float64, order="C")]
         self._turning = [bool(np.any(segment.rotation_vector)) for segment in segments]
         for segment in segments:
-            self._rotations.append(rotation_matrix(segment.rotation_vector) @ self._rotations[-1])
+            self._rotations.append(turn(segment.rotation_vector, 1.0, self._rotations[-1]))
 
     def __call__(self, time_s: float) -> PoseSample:
         """Return the pose and twist at a time; before 0 and after the end the object rests."""
-        k = max(int(np.searchsorted(self._starts, time_s, side="right")) - 1, 0)
+        k = max(bisect_right(self._starts, time_s) - 1, 0)
         segment = self.segments[k]
         t = (time_s - self._starts[k] - segment.pause_s) / segment.duration_s
         s, rate, second = quintic(t)
         rate, second = rate / segment.duration_s, second / segment.duration_s**2
         position, along, bend = segment.position(s)
         twist, acceleration = np.empty(6), np.empty(6)
-        twist[:3], twist[3:] = along * rate, segment.rotation_vector * rate
-        acceleration[:3] = bend * rate**2 + along * second
-        acceleration[3:] = segment.rotation_vector * second
+        if rate == 0.0 and second == 0.0:
+            twist[:], acceleration[:] = 0.0, 0.0
+        else:
+            twist[:3], twist[3:] = along * rate, segment.rotation_vector * rate
+            acceleration[:3] = bend * rate**2 + along * second
+            acceleration[3:] = segment.rotation_vector * second
         if s <= 0.0 or not self._turning[k]:
             rotation = self._rotations[k]
         elif s >= 1.0:
             rotation = self._rotations[k + 1]
         else:
-            rotation = rotation_matrix(segment.rotation_vector * s) @ self._rotations[k]
+            rotation = turn(segment.rotation_vector, s, self._rotations[k])
         return PoseSample(position, rotation, twist, acceleration)
 
 

@@ -88,20 +88,34 @@ def rotation_error(desired: FloatArray, actual: FloatArray, out: FloatArray) -> 
         for i in range(3):
             out[i] = 0.5 * vee[i]
     else:  # half a turn: the axis is the largest column of the error rotation + 1
-        error = desired @ actual.T
-        column, length = 0, -1.0
+        column, length = 0, -2.0
         for k in range(3):
-            if error[k, k] > length:
-                column, length = k, error[k, k]
+            diagonal = 0.0
+            for i in range(3):
+                diagonal += desired[k, i] * actual[k, i]
+            if diagonal > length:
+                column, length = k, diagonal
         scale = math.pi / math.sqrt(max(2.0 * (length + 1.0), 1e-12))
         for i in range(3):
-            out[i] = scale * (error[i, column] + (1.0 if i == column else 0.0))
+            entry = 1.0 if i == column else 0.0
+            for k in range(3):
+                entry += desired[i, k] * actual[column, k]
+            out[i] = scale * entry
+
+
+@njit(cache=True)
+def turn(vector: FloatArray, share: float, rotation: FloatArray) -> FloatArray:
+    """Return ``rotation`` turned by the share of a rotation vector in the base frame, shape (3, 3)."""
+    angle = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle == 0.0:
+        return rotation.copy()
+    matrix, out = np.empty((3, 3)), np.empty((3, 3))
+    axis_angle_matrix(vector / angle, share * angle, matrix)
+    matmul3(matrix, rotation, out)
+    return out
 
 
 def rotation_matrix(vector: FloatArray) -> FloatArray:
     """Return the rotation by ``|vector|`` about ``vector``, shape (3, 3)."""
-    angle = float(np.linalg.norm(vector))
-    out = np.eye(3)
-    if angle > 0.0:
-        axis_angle_matrix(np.asarray(vector, dtype=np.float64) / angle, angle, out)
-    return out
+    matrix: FloatArray = turn(np.array(vector, dtype=np.float64), 1.0, np.eye(3))
+    return matrix

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,19 @@ class KinematicTree:
     def n_tips(self) -> int:
         """Number of finger frames."""
         return len(self.tip_joints)
+
+    @cached_property
+    def joints(self) -> IntArray:
+        """All joints, shape (n_q,)."""
+        return np.arange(self.n_joints, dtype=np.int64)
+
+    @cached_property
+    def mid_range(self) -> FloatArray:
+        """Middle of the joints' ranges, 0 for joints without limits, shape (n_q,), rad."""
+        bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+        middle = np.zeros(self.n_joints)
+        middle[bounded] = 0.5 * (self.lower[bounded] + self.upper[bounded])
+        return middle
 
     def paths(self) -> IntArray:
         """Return which joints move which tip: 0 or 1, shape (n_tips, n_q)."""

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
+from graspbench.arrays import FloatArray
 from graspbench.manipulation.contact_kinematics import State
 from graspbench.manipulation.task import TASKS, Task, TaskValue, smooth_step
 
@@ -23,13 +25,26 @@ class FingertipDistance(Task):
 
     def evaluate(self, state: State) -> TaskValue | None:
         """Return the distance of the two tips' centres, or None beyond the threshold."""
-        between = state.tip_positions[self.second] - state.tip_positions[self.first]
-        distance = float(np.sqrt(between @ between))
+        tips, jacobian = state.tip_positions, np.zeros((1, state.system.n_variables))
+        distance = _distance(tips, state.tip_jacobians, self.first, self.second, self.threshold_m, jacobian)
         if distance >= self.threshold_m:
             return None
-        jacobian = np.zeros((1, state.system.n_variables))
-        relative = state.tip_jacobians[self.second, :3] - state.tip_jacobians[self.first, :3]
-        jacobian[0, : state.system.n_joints] = between @ relative / max(distance, 1e-9)
-        span = self.threshold_m - self.minimum_m
-        activation = smooth_step((self.threshold_m - distance) / span)
+        activation = smooth_step((self.threshold_m - distance) / (self.threshold_m - self.minimum_m))
         return TaskValue(np.array([distance]), jacobian, np.array([self.threshold_m - distance]), activation)
+
+
+@njit(cache=True)
+def _distance(
+    tips: FloatArray, jacobians: FloatArray, first: int, second: int, threshold: float, out: FloatArray
+) -> float:
+    """Return the distance of two tips; below the threshold also write its derivative."""
+    square = 0.0
+    for a in range(3):
+        square += (tips[second, a] - tips[first, a]) ** 2
+    distance = np.sqrt(square)
+    if distance < threshold:
+        for a in range(3):
+            share = (tips[second, a] - tips[first, a]) / max(distance, 1e-9)
+            for q in range(jacobians.shape[2]):
+                out[0, q] += share * (jacobians[second, a, q] - jacobians[first, a, q])
+    return float(distance)

@@ -21,11 +21,6 @@ class JointCentring(Task):
     def evaluate(self, state: State) -> TaskValue:
         """Return the joints, one row each."""
         tree = state.system.tree
-        if self.posture:
-            centre = np.array(self.posture)
-        else:
-            bounded = np.isfinite(tree.lower) & np.isfinite(tree.upper)
-            centre = np.zeros(tree.n_joints)
-            centre[bounded] = 0.5 * (tree.lower[bounded] + tree.upper[bounded])
+        centre = np.array(self.posture) if self.posture else tree.mid_range
         jacobian = np.eye(tree.n_joints, state.system.n_variables)
         return TaskValue(state.joints.copy(), jacobian, centre - state.joints)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.manipulation.contact_kinematics import State
-from graspbench.manipulation.task import TASKS, Task, TaskValue, smooth_steps
+from graspbench.manipulation.task import TASKS, Task, TaskValue
 
 
 @TASKS.register("joint_limit")
@@ -33,41 +33,52 @@ class JointLimit(Task):
         tree = state.system.tree
         joints, lower, upper = self._given
         if not self.joints:
-            joints = np.arange(tree.n_joints)
+            joints = tree.joints
         if not self.lower:
-            lower = tree.lower[joints]
+            lower = tree.lower[joints] if self.joints else tree.lower
         if not self.upper:
-            upper = tree.upper[joints]
-        errors, near = np.empty(len(joints)), np.empty(len(joints), dtype=np.int64)
-        count = _violations(state.joints, joints, lower, upper, self.margin, errors, near)
+            upper = tree.upper[joints] if self.joints else tree.upper
+        near = np.empty(len(joints), dtype=np.int64)
+        count = _near(state.joints, joints, lower, upper, self.margin, near)
         if count == 0:
             return None
-        errors, near = errors[:count], near[:count]
-        jacobian = np.zeros((count, state.system.n_variables))
-        jacobian[np.arange(count), near] = 1.0
-        # full strength half-way into the margin, so that the limit itself is never needed
-        return TaskValue(
-            state.joints[near], jacobian, errors, smooth_steps(np.abs(errors) * (2.0 / self.margin))
-        )
+        jacobian, rows = np.zeros((count, state.system.n_variables)), np.empty((3, count))
+        _rows(state.joints, joints, lower, upper, self.margin, near, jacobian, rows)
+        return TaskValue(rows[0], jacobian, rows[1], rows[2])
 
 
 @njit(cache=True)
-def _violations(
+def _near(
+    q: FloatArray, joints: IntArray, lower: FloatArray, upper: FloatArray, margin: float, near: IntArray
+) -> int:
+    """Write which of the joints are inside a margin; return how many."""
+    count = 0
+    for k in range(len(joints)):
+        if q[joints[k]] > upper[k] - margin or q[joints[k]] < lower[k] + margin:
+            near[count] = k
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _rows(
     q: FloatArray,
     joints: IntArray,
     lower: FloatArray,
     upper: FloatArray,
     margin: float,
-    errors: FloatArray,
     near: IntArray,
-) -> int:
-    """Write the way back out of the margin for every joint inside one; return how many there are."""
-    count = 0
-    for k in range(len(joints)):
-        above = q[joints[k]] - (upper[k] - margin)
-        below = (lower[k] + margin) - q[joints[k]]
-        if above > 0.0 or below > 0.0:
-            errors[count] = -above if above > below else below
-            near[count] = joints[k]
-            count += 1
-    return count
+    jacobian: FloatArray,
+    rows: FloatArray,
+) -> None:
+    """Write value, error and activation of every joint inside a margin."""
+    for row in range(len(jacobian)):
+        k = near[row]
+        joint = joints[k]
+        above, below = q[joint] - (upper[k] - margin), (lower[k] + margin) - q[joint]
+        jacobian[row, joint] = 1.0
+        rows[0, row] = q[joint]
+        rows[1, row] = -above if above > below else below
+        # full strength half-way into the margin, so that the limit itself is never needed
+        x = min(2.0 * max(above, below) / margin, 1.0)
+        rows[2, row] = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
