@@ -8,18 +8,23 @@ from graspbench.geometry.catalogue import (
     load_object,
 )
 from graspbench.geometry.files import load_mesh
-from graspbench.geometry.inspection import MeshProblem, MeshReport, check_mesh
+from graspbench.geometry.folders import FolderItem, list_folder
+from graspbench.geometry.inspection import MeshProblem, MeshReport
 from graspbench.geometry.model import ObjectModel
+from graspbench.geometry.preflight import check_mesh, repair_mesh
 
 __all__ = [
     "CatalogueEntry",
+    "FolderItem",
     "MeshProblem",
     "MeshReport",
     "ObjectModel",
     "ObjectParameters",
     "catalogue_entry",
     "check_mesh",
+    "list_folder",
     "list_objects",
     "load_mesh",
     "load_object",
+    "repair_mesh",
 ]

@@ -16,7 +16,8 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from graspbench.errors import ConfigurationError
 from graspbench.geometry.body import Body
 from graspbench.geometry.decomposition import convex_parts
-from graspbench.geometry.files import load_body, pick_from_folder
+from graspbench.geometry.files import load_body
+from graspbench.geometry.folders import YCB_LICENCE, pick_from_folder
 from graspbench.geometry.frames import Axis, rotation_to_z
 from graspbench.geometry.inspection import inspect
 from graspbench.geometry.mesh import make_mesh, mass_properties, moved
@@ -177,15 +178,17 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
 
 
 def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
-    if parameters.mesh is not None or parameters.folder is not None:
-        if parameters.mesh is not None:
-            path = Path(parameters.mesh).expanduser()
-            label = path.stem
-        else:
-            path, label = pick_from_folder(Path(str(parameters.folder)).expanduser(), parameters.id)
-        named = parameters.name not in (*list_objects(), *FILE_CHOICES) and parameters.mesh is not None
+    if parameters.mesh is not None:
+        path = Path(parameters.mesh).expanduser()
+        given = parameters.name not in (*list_objects(), *FILE_CHOICES)
         body = load_body(path, parameters.scale, parameters.repair)
-        return replace(_USER_ENTRY, source=str(path)), parameters.name if named else label, body
+        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else path.stem, body
+    if parameters.folder is not None:
+        item = pick_from_folder(Path(parameters.folder).expanduser(), parameters.id)
+        # Scans are never clean: what the YCB set distributes is meant to be repaired.
+        body = load_body(item.path, parameters.scale, parameters.repair or item.ycb)
+        licence = YCB_LICENCE if item.ycb else _USER_ENTRY.licence
+        return replace(_USER_ENTRY, source=str(item.path), licence=licence), item.name, body
     if parameters.name in FILE_CHOICES and parameters.entry is None:
         raise ConfigurationError(
             f"object={parameters.name} needs a path", remedy=f"set object.{parameters.name}=PATH"

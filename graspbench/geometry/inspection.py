@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +10,6 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.intersections import self_intersections
-from graspbench.geometry.reading import read_mesh
-
-if TYPE_CHECKING:
-    import trimesh
 
 LARGEST_M, SMALLEST_M = 2.0, 0.002
 _FLAT_SHARE = 1e-5
@@ -80,32 +74,6 @@ class MeshReport:
         """Return the first problem as an error that carries the report."""
         first = self.problems[0]
         return MeshError(first.what, remedy=first.remedy, kind=first.kind, report=self)
-
-
-def check_mesh(
-    mesh: str | Path | trimesh.Trimesh, *, scale: float = 1.0, name: str | None = None
-) -> MeshReport:
-    """Inspect a mesh; nothing is raised for a bad one, and nothing is written.
-
-    Args:
-        mesh: A file, or a mesh.
-        scale: Metres per unit of the mesh.
-        name: What to call it; None for the file's name.
-    """
-    name = name or (Path(mesh).name if isinstance(mesh, str | Path) else "the mesh")
-    try:
-        vertices, faces = arrays_of(mesh)
-    except MeshError as error:
-        problem = MeshProblem(error.data["kind"], error.what, error.remedy or "give another mesh")
-        return MeshReport(name, problems=(problem,))
-    return inspect(vertices * scale, faces, name)[2]
-
-
-def arrays_of(mesh: str | Path | trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
-    """Return the vertices and triangles of a file or a mesh; errors as :func:`read_mesh`."""
-    if isinstance(mesh, str | Path):
-        return read_mesh(mesh)
-    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
 
 
 def inspect(
@@ -228,7 +196,7 @@ def _edge_problems(name: str, count: IntArray) -> list[MeshProblem]:
         problems.append(
             MeshProblem(
                 "open",
-                f"{name} is open ({border} {'edge has' if border == 1 else 'edges have'} a triangle on one side only)",
+                f"{name} is open ({border} of its edges have only one triangle)",
                 "close its holes with a repair",
                 True,
             )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +11,8 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.convex_union import manifold_arrays, to_manifold
-from graspbench.geometry.inspection import MeshReport, arrays_of, inspect
-from graspbench.geometry.mesh import make_mesh, signed_volume
-
-if TYPE_CHECKING:
-    import trimesh
+from graspbench.geometry.inspection import MeshReport, counted, inspect
+from graspbench.geometry.mesh import signed_volume
 
 _RIVAL_SHARE = 0.25
 """A second body of this share of the first one's volume is no stray piece: which one is meant?"""
@@ -24,38 +20,15 @@ _RIVAL_SHARE = 0.25
 _TOLERATED_SHARE = 0.01
 """Self-intersections in this share of the triangles are wrinkles of a scan, and harm nothing."""
 
-
-def repair_mesh(
-    mesh: str | Path | trimesh.Trimesh, *, scale: float = 1.0, name: str | None = None
-) -> tuple[trimesh.Trimesh, MeshReport]:
-    """Return a usable version of a mesh, and what was done to it.
-
-    Holes are closed, walls that meet in one edge are taken apart, overlapping bodies are joined, cavities
-    are filled and stray pieces dropped.
-
-    Args:
-        mesh: A file, or a mesh.
-        scale: Metres per unit of the mesh.
-        name: What to call it; None for the file's name.
-
-    Returns:
-        The mesh in metres, and its report, with every repair listed.
-
-    Raises:
-        MeshError: It cannot be read, or cannot be repaired (a handle, wrong units, no volume).
-    """
-    name = name or (Path(mesh).name if isinstance(mesh, str | Path) else "the mesh")
-    vertices, faces = arrays_of(mesh)
-    vertices, faces, report = repair(vertices * scale, faces, name)
-    return make_mesh(vertices, faces), report
+_MAX_PIECES = 2000
 
 
 def repair(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray, IntArray, MeshReport]:
-    """Do the work of :func:`repair_mesh` on arrays in metres."""
+    """Close, join and sort out a triangle set in metres, as :func:`graspbench.geometry.repair_mesh` says."""
     done: list[str] = []
     broken = ~np.all(np.isfinite(vertices), axis=1)
     if np.any(lost := broken[faces].any(axis=1)):
-        done.append(f"{int(lost.sum())} triangles with corners that are no numbers were dropped")
+        done.append(f"{counted(int(lost.sum()), 'triangle')} dropped whose corners are not finite")
         vertices, faces = np.where(broken[:, None], 0.0, vertices), faces[~lost]
     vertices, faces, report = inspect(vertices, faces, name)
     done += report.repairs
@@ -63,13 +36,13 @@ def repair(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray
     if beyond and {problem.kind for problem in beyond} != {"genus"}:
         raise replace(report, problems=tuple(beyond)).error()
     if not report.usable:
-        solids = _closed_bodies(vertices, faces, done)
+        solids = _closed_bodies(vertices, faces, name, done)
         vertices, faces = _one_body(solids, name, done)
         vertices, faces, report = inspect(vertices, faces, name)
     pierced = [problem for problem in report.problems if problem.kind == "self_intersecting"]
     if pierced and report.self_intersecting <= _TOLERATED_SHARE * report.triangles:
         rest = tuple(problem for problem in report.problems if problem not in pierced)
-        warning = f"{report.self_intersecting} triangles pierce others, few enough to leave them"
+        warning = f"{report.self_intersecting} triangles are pierced by others, few enough to leave them"
         report = replace(report, usable=not rest, problems=rest, warnings=(*report.warnings, warning))
     report = replace(report, repairs=(*done, *(r for r in report.repairs if r not in done)))
     if not report.usable:
@@ -77,7 +50,7 @@ def repair(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray
     return vertices, faces, report
 
 
-def _closed_bodies(vertices: FloatArray, faces: IntArray, done: list[str]) -> list[Any]:
+def _closed_bodies(vertices: FloatArray, faces: IntArray, name: str, done: list[str]) -> list[Any]:
     """Take the mesh apart into bodies, close each, and return those that enclose a volume, largest first."""
     edges = topology.find_edges(faces, len(vertices))
     oriented = topology.orient(faces, edges)
@@ -86,23 +59,33 @@ def _closed_bodies(vertices: FloatArray, faces: IntArray, done: list[str]) -> li
     if np.any(edges.count > 2):
         done.append("walls that met in one edge were taken apart")
     body = topology.bodies(faces, edges, only_pairs=True)
-    holes, widest, dropped, solids = 0, 0.0, 0, []
+    if (pieces := int(body.max()) + 1) > _MAX_PIECES:
+        raise MeshError(f"{name} is in {pieces} pieces", remedy="export one closed surface", kind="bodies")
+    holes, widest, dropped, torn, solids = 0, 0.0, 0, 0, []
     for label in range(int(body.max()) + 1):
         points, triangles = topology.without_unused(vertices, faces[body == label])
         points, triangles, closed, width = _close_holes(points, triangles)
         if signed_volume(points, triangles) < 0.0:
             triangles = triangles[:, ::-1]
         solid = to_manifold(points, triangles)
+        torn += str(solid.status()) != "Error.NoError"
         if solid.is_empty() or solid.volume() <= 0.0:
             dropped += 1
             continue
         holes, widest = holes + closed, max(widest, width)
         solids.append(solid)
     if holes:
-        done.append(f"{holes} holes were closed, the widest {1e3 * widest:.1f} mm across")
+        done.append(f"{counted(holes, 'hole')} closed, the widest {1e3 * widest:.1f} mm across")
+    if torn and (not solids or max(_size(solid) for solid in solids) < 0.8 * np.ptp(vertices, axis=0).max()):
+        raise MeshError(f"{name} is too torn to be closed", remedy="remesh it", kind="open")
     if dropped:
-        done.append(f"{dropped} pieces that enclose no volume were dropped")
+        done.append(f"{counted(dropped, 'piece')} dropped for enclosing no volume")
     return sorted(solids, key=lambda solid: -float(solid.volume()))
+
+
+def _size(solid: Any) -> float:
+    low, high = np.reshape(solid.bounding_box(), (2, 3))
+    return float((high - low).max())
 
 
 def _close_holes(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, int, float]:
@@ -145,17 +128,16 @@ def _one_body(solids: list[Any], name: str, done: list[str]) -> tuple[FloatArray
     if len(bodies) < len(solids):
         done.append(f"{len(solids)} overlapping or nested bodies were joined into {len(bodies)}")
     if len(bodies) < len(shells):
-        done.append(f"{len(shells) - len(bodies)} cavities were filled")
+        done.append(f"{counted(len(shells) - len(bodies), 'cavity', 'cavities')} filled")
     if len(bodies) > 1:
         share = bodies[1].volume() / bodies[0].volume()
         if share > _RIVAL_SHARE:
             raise MeshError(
-                f"{name} has {len(bodies)} separate bodies, the second {100 * share:.0f} % as large as the first",
+                f"{name} has {len(bodies)} separate bodies, the second {100 * share:.0f} % of the first",
                 remedy="keep only the one that is meant",
                 kind="bodies",
                 bodies=len(bodies),
             )
-        done.append(
-            f"{len(bodies) - 1} stray pieces were dropped, the largest {100 * share:.2g} % of the body"
-        )
+        dropped = counted(len(bodies) - 1, "stray piece")
+        done.append(f"{dropped} dropped, the largest {100 * share:.2g} % of the body")
     return manifold_arrays(bodies[0])
