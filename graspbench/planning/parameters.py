@@ -22,7 +22,7 @@ class BarrierParameters:
     ] = 0.006
     strength_n: Annotated[
         float, Field(ge=0, description="Force of each term where it is half-way to the margin")
-    ] = 1.0
+    ] = 0.2
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def test_comfortable_grasp_feels_no_barrier(grasp):
 
 def test_terms_are_those_of_the_finger_solved_at_each_contour_point(grasp):
     vertices, posture = grasp
-    parameters = BarrierParameters(joint_margin=0.45, singular_value_m=0.06, clearance_m=0.03)
+    parameters = BarrierParameters(joint_margin=0.45, singular_value_m=0.06, clearance_m=0.03, strength_n=1.0)
     values = KinematicBarrier(HAND, 0.0, parameters).values(SURFACE, vertices, posture)
     np.testing.assert_array_equal(values.nodes, contour_nodes(SURFACE, vertices))
     to_world = posture.transform_palm_to_world
