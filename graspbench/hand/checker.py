@@ -3,6 +3,7 @@
 from itertools import permutations
 
 import numpy as np
+import trimesh
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
@@ -16,6 +17,7 @@ from graspbench.hand.posture import HandPosture
 from graspbench.hand.reach import pair_limit
 from graspbench.hand.starts import approach_directions, rank_starts
 from graspbench.hand.task import HEIGHT, Task, make_system
+from graspbench.hand.verification import verify_posture
 
 COLD_STARTS = 12
 REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 25, 10
@@ -94,6 +96,24 @@ class GraspChecker:
                 return posture
         bits, posture = self._cold(task)
         return posture if bits == 0 else None
+
+    def verify(
+        self,
+        posture: HandPosture,
+        points: FloatArray,
+        normals: FloatArray,
+        object_mesh: trimesh.Trimesh | None = None,
+    ) -> tuple[str, ...]:
+        """Check a posture with full collision shapes, independently of the search; see ``verify_posture``."""
+        return verify_posture(
+            self.hand,
+            posture,
+            np.asarray(points),
+            np.asarray(normals),
+            ground_height_m=self.ground_height_m,
+            object_mesh=object_mesh,
+            margins=self.margins,
+        )
 
     def reason(self, points: FloatArray, normals: FloatArray) -> str:
         """Say in one clause why ``place`` returns None for these contacts; empty if it does not."""

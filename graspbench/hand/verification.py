@@ -1,0 +1,173 @@
+"""An independent check of a posture: Pinocchio's kinematics and Coal's distances between full shapes."""
+
+import coal
+import numpy as np
+import pinocchio
+import trimesh
+
+from graspbench.arrays import FloatArray
+from graspbench.hand.model import HandModel
+from graspbench.hand.parameters import Margins
+from graspbench.hand.posture import HandPosture
+from graspbench.hand.shapes import FINGER, LINK, PALM
+
+TIP_TOLERANCE_M = 1e-4
+DEPTH_TOLERANCE_M = 1e-4
+
+Body = tuple[int, int]
+
+
+def verify_posture(
+    hand: HandModel,
+    posture: HandPosture,
+    points: FloatArray,
+    normals: FloatArray,
+    *,
+    ground_height_m: float | None = 0.0,
+    object_mesh: trimesh.Trimesh | None = None,
+    margins: Margins | None = None,
+) -> tuple[str, ...]:
+    """Check a posture for a grasp; nothing of the search that found it is used.
+
+    Tips must be within 0.1 mm of their places, joints inside their limits, singular values above their
+    threshold, and nothing may overlap by more than 0.1 mm: links, palm, ground, object. Fingertips may
+    touch the object.
+
+    Args:
+        hand: The hand.
+        posture: The posture.
+        points: Contact points in the world, shape (m, 3).
+        normals: Outward unit normals, shape (m, 3).
+        ground_height_m: Height of the ground; None for none.
+        object_mesh: The object in the world.
+        margins: For the singular value's threshold; the hand's own by default.
+
+    Returns:
+        What is violated, one clause each; empty when all is well.
+    """
+    margins = hand.margins if margins is None else margins
+    model, data = hand.model, hand.model.createData()
+    pinocchio.computeJointJacobians(model, data, posture.joints)
+    pinocchio.updateFramePlacements(model, data)
+    root = pinocchio.SE3(posture.transform_palm_to_world @ np.linalg.inv(hand.transform_palm_to_root))
+    found = _check_joints(hand, posture)
+    for contact, finger in enumerate(posture.fingers):
+        frame = model.getFrameId(hand.tip_links[finger])
+        tip = root.act(data.oMf[frame].translation)
+        error = np.linalg.norm(tip - points[contact] - hand.tip_radius_m * normals[contact])
+        name = hand.finger_names[finger]
+        if error > TIP_TOLERANCE_M:
+            found.append(f"the tip of finger '{name}' is {error * 1e3:.2f} mm from its place")
+        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)[:3]
+        singular = np.linalg.svd(jacobian[:, hand.finger_joints(finger)], compute_uv=False)[-1]
+        if singular < margins.singular_value_m:
+            found.append(f"finger '{name}' is near a singularity ({singular * 1e3:.1f} mm/rad)")
+    placements = [
+        root * data.oMi[item.parentJoint] * item.placement for item in hand.geometry.geometryObjects
+    ]
+    found += _check_hand(hand, placements)
+    if ground_height_m is not None:
+        found += _check_ground(hand, placements, ground_height_m)
+    if object_mesh is not None:
+        found += _check_object(hand, placements, object_mesh)
+    return tuple(found)
+
+
+def _check_joints(hand: HandModel, posture: HandPosture) -> list[str]:
+    outside = (posture.joints < hand.lower) | (posture.joints > hand.upper)
+    return [f"joint '{hand.joint_names[i]}' is outside its limits" for i in np.flatnonzero(outside)]
+
+
+def _check_hand(hand: HandModel, placements: list[pinocchio.SE3]) -> list[str]:
+    index = [(int(row[FINGER]), int(row[LINK])) for row in hand.shapes.index]
+    checked = {frozenset((index[a], index[b])) for a, b in hand.shapes.pairs}
+    items = hand.geometry.geometryObjects
+    bodies = _bodies(hand)
+    found = []
+    for b in range(len(items)):
+        for a in range(b):
+            if frozenset((bodies[a], bodies[b])) not in checked:
+                continue
+            distance = _distance(items[a].geometry, placements[a], items[b].geometry, placements[b])
+            if distance < -DEPTH_TOLERANCE_M:
+                found.append(f"{items[a].name} and {items[b].name} overlap by {-distance * 1e3:.2f} mm")
+    return found
+
+
+def _bodies(hand: HandModel) -> list[Body]:
+    """Return the finger and link that carries each geometry object; the palm for all else."""
+    at = {
+        int(hand.chains.index[f, k]): (f, k)
+        for f in range(hand.n_fingers)
+        for k in range(int(hand.chains.counts[f]))
+    }
+    joints = [item.parentJoint for item in hand.geometry.geometryObjects]
+    return [at.get(hand.model.joints[j].idx_q, (PALM, PALM)) if j else (PALM, PALM) for j in joints]
+
+
+def _check_ground(hand: HandModel, placements: list[pinocchio.SE3], height: float) -> list[str]:
+    below = coal.Halfspace(np.array([0.0, 0.0, 1.0]), height)
+    found = []
+    for item, placement in zip(hand.geometry.geometryObjects, placements, strict=True):
+        depth = -_distance(item.geometry, placement, below, pinocchio.SE3.Identity())
+        if depth > DEPTH_TOLERANCE_M:
+            found.append(f"{item.name} is {depth * 1e3:.2f} mm in the ground")
+    return found
+
+
+def _check_object(hand: HandModel, placements: list[pinocchio.SE3], mesh: trimesh.Trimesh) -> list[str]:
+    body = coal.BVHModelOBBRSS()
+    body.beginModel(len(mesh.faces), len(mesh.vertices))
+    body.addVertices(np.asarray(mesh.vertices))
+    body.addTriangles(np.asarray(mesh.faces, dtype=np.uint32))
+    body.endModel()
+    found = []
+    for item, placement in zip(hand.geometry.geometryObjects, placements, strict=True):
+        # Against a mesh Coal tells whether shapes overlap, but not how deep: hence the thinner shape.
+        shape = _eroded(item.geometry)
+        at = coal.Transform3s(placement.rotation, placement.translation)
+        request, result = coal.CollisionRequest(), coal.CollisionResult()
+        hit = coal.collide(shape, at, body, coal.Transform3s.Identity(), request, result) > 0
+        if hit or _inside(mesh, placement.translation):
+            found.append(f"{item.name} is more than {DEPTH_TOLERANCE_M * 1e3:g} mm in the object")
+    return found
+
+
+def _inside(mesh: trimesh.Trimesh, point: FloatArray) -> bool:
+    """Tell by the winding number whether a closed mesh contains a point (van Oosterom and Strackee 1983)."""
+    if np.any(point < mesh.bounds[0]) or np.any(point > mesh.bounds[1]):
+        return False
+    a, b, c = np.moveaxis(np.asarray(mesh.triangles) - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    top = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dots = [np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a))]
+    bottom = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    return bool(np.arctan2(top, bottom).sum() > np.pi)
+
+
+def _eroded(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:
+    """Return the shape with its surface moved inwards by the tolerance; a mesh as it is."""
+    e = DEPTH_TOLERANCE_M
+    if isinstance(shape, coal.Sphere):
+        return coal.Sphere(shape.radius - e)
+    if isinstance(shape, coal.Capsule):
+        return coal.Capsule(shape.radius - e, 2 * shape.halfLength)
+    if isinstance(shape, coal.Cylinder):
+        return coal.Cylinder(shape.radius - e, 2 * (shape.halfLength - e))
+    if isinstance(shape, coal.Box):
+        return coal.Box(*(2 * (np.asarray(shape.halfSide) - e)))
+    return shape
+
+
+def _distance(
+    shape_a: coal.CollisionGeometry,
+    pose_a: pinocchio.SE3,
+    shape_b: coal.CollisionGeometry,
+    pose_b: pinocchio.SE3,
+) -> float:
+    """Return the signed distance of two shapes: negative by the depth of their overlap."""
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    request.enable_signed_distance = True
+    to_a = coal.Transform3s(pose_a.rotation, pose_a.translation)
+    to_b = coal.Transform3s(pose_b.rotation, pose_b.translation)
+    return float(coal.distance(shape_a, to_a, shape_b, to_b, request, result))
