@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # a log only reads attributes: no need to load the stages
     from graspbench.perception.silhouette import Silhouette
     from graspbench.planning.trajectory import FingertipPath
     from graspbench.reconstruction.surface import Surface
+    from graspbench.simulation.execution import Motion
 
 SURFACE: messages.Rgba = (0.55, 0.70, 0.86, 0.85)
 CONTACT: messages.Rgba = (0.85, 0.10, 0.15, 1.0)
@@ -205,6 +206,7 @@ class TrialLog:
         joints: FloatArray,
         transform_palm_to_world: FloatArray | None = None,
         skeletons: FloatArray | None = None,
+        transform_object_to_world: FloatArray | None = None,
     ) -> None:
         """Log a motion of the hand that starts now.
 
@@ -214,6 +216,7 @@ class TrialLog:
             joints: Joint positions, shape (t, n_q), rad.
             transform_palm_to_world: Poses of the palm, shape (t, 4, 4).
             skeletons: Points along each finger in the world, shape (t, n_fingers, points, 3).
+            transform_object_to_world: Poses of the object, shape (t, 4, 4).
         """
         if not keeps(self.parameters.level, "/joints"):
             return
@@ -223,13 +226,33 @@ class TrialLog:
             stamp = messages.timestamp(self._time_ns)
             states = [JointState(name=n, position=float(q)) for n, q in zip(names, joints[k], strict=True)]
             self._put("/joints", JointStates(timestamp=stamp, joints=states))
+            frames = []
             if transform_palm_to_world is not None:
-                palm = messages.frame_transform(self._time_ns, "world", "palm", transform_palm_to_world[k])
-                self._put("/tf", FrameTransforms(transforms=[palm]))
+                frames.append(
+                    messages.frame_transform(self._time_ns, "world", "palm", transform_palm_to_world[k])
+                )
+            if transform_object_to_world is not None:
+                frames.append(
+                    messages.frame_transform(self._time_ns, "world", "object", transform_object_to_world[k])
+                )
+            if frames:
+                self._put("/tf", FrameTransforms(transforms=frames))
             if skeletons is not None:
                 lines = [messages.line(finger, HAND, 0.012) for finger in skeletons[k]]
                 self._put("/hand", messages.scene(self._time_ns, "hand", lines=lines))
         self._end_chunk()
+
+    def motion(self, names: Sequence[str], motion: Motion) -> None:
+        """Log what was executed: joints, palm and object, from now on."""
+        if not keeps(self.parameters.level, "/joints"):
+            return
+        self.joints(
+            names,
+            motion.times_s,
+            motion.joints,
+            motion.transform_palm_to_world,
+            transform_object_to_world=motion.transform_object_to_world,
+        )
 
     def _silhouette(self, silhouette: Silhouette) -> None:
         u_min, v_min, u_max, v_max = (float(value) for value in silhouette.box)

@@ -1,9 +1,28 @@
-"""Pictures, tables and pages made of trials."""
+"""Pictures, tables and pages made of trials.
 
-from graspbench.report.comparison import comparison_table
-from graspbench.report.figures import draw_grasp, draw_surface_moments, draw_views, pick_moments
-from graspbench.report.statistics import aggregate, spearman, wilson_interval
-from graspbench.report.tables import write_table
+Names are imported on first use: Matplotlib and pandas take longer to load than a trial takes to plan.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graspbench.report.comparison import comparison_table
+    from graspbench.report.figures import draw_grasp, draw_surface_moments, draw_views, pick_moments
+    from graspbench.report.statistics import aggregate, spearman, wilson_interval
+    from graspbench.report.tables import write_table
+
+_HOMES = {
+    "aggregate": "statistics",
+    "comparison_table": "comparison",
+    "draw_grasp": "figures",
+    "draw_surface_moments": "figures",
+    "draw_views": "figures",
+    "pick_moments": "figures",
+    "spearman": "statistics",
+    "wilson_interval": "statistics",
+    "write_table": "tables",
+}
 
 __all__ = [
     "aggregate",
@@ -16,3 +35,9 @@ __all__ = [
     "wilson_interval",
     "write_table",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -111,9 +111,9 @@ def draw_grasp(
         title: First line of the picture.
         caption: Second line, such as the scores.
     """
-    size, head = (1100, 860), 64 if caption else 40
+    size, head, foot = (1100, 760), 64 if caption else 40, 40
     seen = np.concatenate([surface.points, *(p.approach for p in paths), *(s.points for s in hand)])
-    view = _best_viewpoint(seen, grasp)
+    view = _best_viewpoint(seen, grasp, size[0] / size[1])
     scale = view.radius_m
     marks = [ball(point, 0.024 * scale, style.CONTACT) for point in grasp.points]
     marks.append(ball(grasp.centroid, 0.028 * scale, style.CENTROID))
@@ -124,7 +124,7 @@ def draw_grasp(
     ground = float(surface.points[:, 2].min())
     solids = [surface_solid(surface, style.SURFACE), *hand]
     image = render(solids, marks, view, size, ground_height_m=ground)
-    figure = style.canvas(size[0], size[1] + head)
+    figure = style.canvas(size[0], head + size[1] + foot)
     style.place(figure, image, 0, head)
     if title:
         style.write(figure, title, 18, 14, 15, weight="bold")
@@ -137,20 +137,29 @@ def draw_grasp(
             style.stroke(style.APPROACH, "approach"),
             style.stroke(style.GRASP, "grasp"),
         ]
+    place = (0.5, 4 / (head + size[1] + foot))
     figure.legend(
-        handles=entries, loc="upper right", bbox_to_anchor=(0.995, 1.0 - 6 / (size[1] + head)),
-        frameon=False, fontsize=12, ncols=len(entries), columnspacing=1.4, handlelength=1.4,
+        handles=entries, loc="lower center", bbox_to_anchor=place, frameon=False, fontsize=12,
+        ncols=len(entries), columnspacing=2.0, handlelength=1.4,
     )  # fmt: skip
     return style.save(figure, path)
 
 
-def _viewpoint(points: FloatArray, azimuth_deg: float, elevation_deg: float) -> Viewpoint:
-    target = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = 1.04 * float(np.linalg.norm(points - target, axis=1).max())
-    return Viewpoint(target, azimuth_deg, elevation_deg, radius)
+def _viewpoint(
+    points: FloatArray, azimuth_deg: float, elevation_deg: float, aspect: float = 1.0
+) -> Viewpoint:
+    """Return the view from a direction in which the points fill a picture of some width to height."""
+    axes = Viewpoint(np.zeros(3), azimuth_deg, elevation_deg, 1.0).axes
+    local = points @ axes.T
+    low, high = local.min(axis=0), local.max(axis=0)
+    half = 0.5 * (high - low)
+    wide, tall = half[0] / max(aspect, 1.0), half[1] * min(aspect, 1.0)
+    # What is nearer than the middle looks larger.
+    radius = 1.06 * (max(wide, tall) + 0.2 * half[2])
+    return Viewpoint(0.5 * (low + high) @ axes, azimuth_deg, elevation_deg, float(radius))
 
 
-def _best_viewpoint(points: FloatArray, grasp: Grasp) -> Viewpoint:
+def _best_viewpoint(points: FloatArray, grasp: Grasp, aspect: float) -> Viewpoint:
     """Choose the view in which the most contacts face the eye, and the farthest apart on the picture."""
 
     def worth(view: Viewpoint) -> float:
@@ -160,8 +169,8 @@ def _best_viewpoint(points: FloatArray, grasp: Grasp) -> Viewpoint:
         np.fill_diagonal(apart, np.inf)
         return float(facing + 0.5 * apart.min() / view.radius_m)
 
-    views = [_viewpoint(points, a, e) for e in (14.0, 24.0, 36.0) for a in np.arange(-180.0, 180.0, 15.0)]
-    return max(views, key=worth)
+    directions = [(a, e) for e in (14.0, 24.0, 36.0) for a in np.arange(-180.0, 180.0, 15.0)]
+    return max((_viewpoint(points, a, e, aspect) for a, e in directions), key=worth)
 
 
 def _zoom(views: Sequence[View], silhouettes: Sequence[Silhouette]) -> float:

@@ -149,6 +149,9 @@ def _drop_shadow(image: Pixels, solids: Sequence[Solid], view: Viewpoint, ground
     half = cv2.resize(mask, (width // 4, height // 4), interpolation=cv2.INTER_AREA).astype(np.float32)
     soft = cv2.GaussianBlur(half, (0, 0), 0.008 * width)
     soft = cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR)
+    across = np.minimum(1.0, np.minimum(np.arange(width), np.arange(width)[::-1]) / (0.08 * width))
+    down = np.minimum(1.0, np.minimum(np.arange(height), np.arange(height)[::-1]) / (0.08 * height))
+    soft *= np.outer(down, across).astype(np.float32)  # no edge where the picture ends
     image *= (1.0 - 0.30 * soft)[..., None]
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -216,3 +217,32 @@ def test_log_without_messages_cannot_be_recovered(tmp_path):
     with pytest.raises(LogError, match="no readable message"):
         recover_log(path)
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_executed_motion_carries_the_object(tmp_path):
+    poses = np.stack([np.eye(4)] * 3)
+    poses[:, 2, 3] = [0.0, 0.1, 0.2]
+    motion = SimpleNamespace(
+        times_s=np.array([0.0, 0.02, 0.04]), joints=np.zeros((3, 1)),
+        transform_palm_to_world=np.stack([np.eye(4)] * 3), transform_object_to_world=poses,
+    )  # fmt: skip
+    with TrialLog(tmp_path / "trial.mcap") as log:
+        log.motion(["a"], motion)
+    frames = [
+        {t.child_frame_id: t.translation.z for t in d.transforms}
+        for _, d in decoded(tmp_path / "trial.mcap", "/tf")
+    ]
+    assert frames == [{"palm": 0.0, "object": z} for z in (0.0, 0.1, 0.2)]
+
+
+def test_paths_are_logged_in_their_colours(tmp_path):
+    line = np.linspace([0, 0, 0.1], [0, 0, 0.0], 5)
+    path = SimpleNamespace(via=line[:2], approach=line[:3], grasp=line[2:])
+    with TrialLog(tmp_path / "trial.mcap") as log:
+        log.paths([path])
+    ((_, scene),) = decoded(tmp_path / "trial.mcap", "/paths")
+    (entity,) = scene.entities
+    assert len(entity.spheres) == 2
+    assert [len(line.points) for line in entity.lines] == [3, 3]
+    assert entity.lines[0].color.g > entity.lines[0].color.r
+    assert entity.lines[1].color.r > entity.lines[1].color.g
