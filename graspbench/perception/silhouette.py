@@ -201,7 +201,7 @@ def _locate(
     """Return the rows and columns (first, end) of the object, found in a small copy of the image."""
     distance = background.distance(coarse)
     threshold = _threshold(distance, background.noise, parameters)
-    mask = (distance > threshold).astype(np.uint8)
+    mask = cv2.morphologyEx((distance > threshold).astype(np.uint8), cv2.MORPH_CLOSE, _disc(1))
     if mask.mean() > _FULL_FRACTION:
         raise _full(station)
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)

@@ -16,6 +16,7 @@ from graspbench.perception.distortion import pixel_centres, undistort
 from graspbench.perception.silhouette import SilhouetteParameters
 from graspbench.perception.stations import Station, StationParameters, place_stations
 from graspbench.simulation.camera import Renderer
+from graspbench.simulation.colours import scene_colours
 from graspbench.simulation.sensor import expose
 from graspbench.simulation.table import build_table
 from graspbench.simulation.world import World
@@ -52,7 +53,8 @@ class EyeInHand:
         pose, mesh, scene = world.object_pose(), world.object_model.mesh, world.scene
         vertices = np.asarray(mesh.vertices) @ pose[:3, :3].T + pose[:3, 3]
         lit = replace(scene, shadow=0.0) if scene.full_rendering else scene
-        self._table = build_table(lit, vertices, mesh.faces, seed)
+        colours = scene_colours(scene, world.object_model.rgba)
+        self._table = build_table(lit, colours, vertices, mesh.faces, seed)
         self._renderer = Renderer(
             world.object_model,
             pose,
@@ -118,17 +120,35 @@ class EyeInHand:
             shape (h, w).
         """
         n = self._world.scene.supersampling
-        fine = Intrinsics(n * k.width, n * k.height, n * k.fx, n * k.fy, n * k.cx, n * k.cy)
+        # Even n: the trapezoidal rule, samples on the pixel's border and in its centre. Odd n: the
+        # midpoint rule. Both sample the centre, so no straight edge leaves a row of pixels undecided.
+        shared = 1 - n % 2
+        fine = Intrinsics(
+            n * k.width + shared,
+            n * k.height + shared,
+            n * k.fx,
+            n * k.fy,
+            n * k.cx + 0.5 * shared,
+            n * k.cy + 0.5 * shared,
+        )
         drawn, bodies = self._renderer.render(fine, pose)
         mask = (bodies == self._renderer.object_body).astype(np.float32)
         colour = drawn * mask[..., None]
-        if n == 1:
-            return colour, mask
-        size = (k.width, k.height)
-        return (
-            cv2.resize(colour, size, interpolation=cv2.INTER_AREA),
-            cv2.resize(mask, size, interpolation=cv2.INTER_AREA),
-        )
+        return _average(colour, n, k), _average(mask, n, k)
+
+
+def _average(fine: FloatImage, n: int, k: Intrinsics) -> FloatImage:
+    """Average n x n subpixels to one; for even n neighbours share the subpixels on their border."""
+    if n == 1:
+        return fine
+    if n % 2:
+        mean: FloatImage = cv2.resize(fine, (k.width, k.height), interpolation=cv2.INTER_AREA)
+        return mean
+    weights = np.full(n + 1, 1.0 / n, dtype=np.float32)
+    weights[[0, -1]] *= 0.5
+    rows = sum(w * fine[i : i + n * k.height : n] for i, w in enumerate(weights))
+    columns = sum(w * np.asarray(rows)[:, i : i + n * k.width : n] for i, w in enumerate(weights))
+    return np.asarray(columns, dtype=np.float32)
 
 
 def capture(

@@ -48,17 +48,17 @@ class SceneParameters:
     table: Annotated[str, Field(description="Table top: plain, checker, wood, speckle, or an image file")] = (
         "plain"
     )
-    table_rgb: Annotated[Colour, Field(description="Colour of the table top, each 0 to 1")] = (
-        0.12,
-        0.45,
-        0.25,
-    )
+    table_rgb: Annotated[
+        Colour | None,
+        Field(description="Colour of the table top, each 0 to 1; null = the cloth that contrasts most"),
+    ] = None
     table_second_rgb: Annotated[
-        Colour, Field(description="Second colour of a patterned table top, each 0 to 1")
-    ] = (0.10, 0.32, 0.42)
+        Colour | None, Field(description="Second colour of its pattern; null = a darker shade of the first")
+    ] = None
     table_pattern_m: Annotated[float, Field(gt=0, description="Size of the table's pattern, m")] = 0.06
     wall_rgb: Annotated[
-        Colour | None, Field(description="Colour beyond the table, each 0 to 1; null = the table's colour")
+        Colour | None,
+        Field(description="Colour beyond the table; null = like the table, paler if it has a pattern"),
     ] = None
 
     light_azimuth_deg: Annotated[float, Field(description="Direction the light comes from, deg")] = 40.0

@@ -12,13 +12,14 @@ from numba import njit
 from graspbench.arrays import FloatArray, ImageArray
 from graspbench.errors import ConfigurationError
 from graspbench.perception.camera import Intrinsics
+from graspbench.simulation.colours import SceneColours
 from graspbench.simulation.scene import SceneParameters
 
 FloatImage = npt.NDArray[np.float32]
 
 _SIZE_M = 2.0
 _TEXELS = 1280
-_MOST_SUBPIXEL_BITS = 4
+_SUBPIXEL_BITS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +31,14 @@ class Table:
             row, shape (n, n, 3).
         size_m: Side of the square, centred at the world's origin.
         beyond: Colour beyond the table, RGB, shape (3,).
+        varied: First row, end row, first column, end column of the texels that differ from the first;
+            drawing looks up no others.
     """
 
     texture: ImageArray
     size_m: float
     beyond: ImageArray
+    varied: tuple[int, int, int, int]
 
     def image(self, intrinsics: Intrinsics, camera_to_world: FloatArray) -> ImageArray:
         """Return the empty table as a pinhole camera sees it, shape (h, w, 3)."""
@@ -45,6 +49,7 @@ class Table:
             self.texture,
             len(self.texture) / self.size_m,
             self.beyond,
+            np.array(self.varied, dtype=np.float32),
             camera_to_world[:3, :3] @ to_ray,
             np.ascontiguousarray(camera_to_world[:3, 3]),
             image,
@@ -52,11 +57,14 @@ class Table:
         return image
 
 
-def build_table(scene: SceneParameters, vertices: FloatArray, faces: npt.ArrayLike, seed: int) -> Table:
+def build_table(
+    scene: SceneParameters, colours: SceneColours, vertices: FloatArray, faces: npt.ArrayLike, seed: int
+) -> Table:
     """Draw the table top with its pattern, light and shadow.
 
     Args:
-        scene: Colours, pattern and light.
+        scene: Pattern and light.
+        colours: Of table and wall.
         vertices: The object's vertices in the world, shape (n, 3).
         faces: Its triangles, shape (m, 3).
         seed: Draws the random patterns.
@@ -65,15 +73,19 @@ def build_table(scene: SceneParameters, vertices: FloatArray, faces: npt.ArrayLi
         ConfigurationError: ``scene.table`` is neither a pattern nor a readable image.
     """
     lamp = scene.diffuse * math.sin(math.radians(scene.light_elevation_deg))
-    colour = _pattern(scene, np.random.default_rng(seed))
-    light: FloatImage | float = scene.ambient + lamp
+    pattern = _pattern(scene, colours, np.random.default_rng(seed))
+    plain = pattern.shape[0] == 1
+    texture = np.empty((_TEXELS, _TEXELS, 3), dtype=np.uint8)
+    texture[:] = _bytes(pattern * np.float32(scene.ambient + lamp))
+    varied = (0, 0, 0, 0) if plain else (0, _TEXELS, 0, _TEXELS)
     if scene.shadow > 0.0 and lamp > 0.0:
-        shade = _shadow(scene, vertices, np.asarray(faces))
-        light = (scene.ambient + lamp * (1.0 - scene.shadow * shade))[..., None]
-    texture = np.broadcast_to(colour * light, (_TEXELS, _TEXELS, 3))
-    wall = scene.table_rgb if scene.wall_rgb is None else scene.wall_rgb
-    beyond = np.asarray(wall, dtype=np.float32) * np.float32(scene.ambient + lamp)
-    return Table(_bytes(texture), _SIZE_M, _bytes(beyond))
+        (top, bottom, left, right), shade = _shadow(scene, vertices, np.asarray(faces))
+        light = scene.ambient + np.float32(lamp) * (1.0 - np.float32(scene.shadow) * shade[..., None])
+        shaded = pattern if plain else pattern[top:bottom, left:right]
+        texture[top:bottom, left:right] = _bytes(shaded * light)
+        varied = (top, bottom, left, right) if plain else varied
+    beyond = _bytes(np.asarray(colours.wall, dtype=np.float32) * np.float32(scene.ambient + lamp))
+    return Table(texture, _SIZE_M, beyond, varied)
 
 
 def _bytes(colours: npt.NDArray[np.floating]) -> ImageArray:
@@ -81,9 +93,9 @@ def _bytes(colours: npt.NDArray[np.floating]) -> ImageArray:
     return np.ascontiguousarray(np.clip(colours * 255.0 + 0.5, 0.0, 255.0).astype(np.uint8))
 
 
-def _pattern(scene: SceneParameters, generator: np.random.Generator) -> FloatImage:
+def _pattern(scene: SceneParameters, colours: SceneColours, generator: np.random.Generator) -> FloatImage:
     """Return the unlit colours of the table top, shape (1, 1, 3) or (n, n, 3)."""
-    first, second = (np.asarray(c, dtype=np.float32) for c in (scene.table_rgb, scene.table_second_rgb))
+    first, second = (np.asarray(c, dtype=np.float32) for c in (colours.first, colours.second))
     if scene.table == "plain":
         return first[None, None]
     if scene.table in _PATTERNS:
@@ -140,21 +152,29 @@ _PATTERNS: dict[str, Callable[[SceneParameters, np.random.Generator], FloatImage
 }
 
 
-def _shadow(scene: SceneParameters, vertices: FloatArray, faces: npt.NDArray[np.integer]) -> FloatImage:
-    """Return how much of the lamp the object hides from each texel, shape (n, n)."""
+def _shadow(
+    scene: SceneParameters, vertices: FloatArray, faces: npt.NDArray[np.integer]
+) -> tuple[tuple[int, int, int, int], FloatImage]:
+    """Return how much of the lamp the object hides from the texels of a window, and the window.
+
+    The window is first row, end row, first column, end column; outside it nothing is hidden.
+    """
     elevation, azimuth = math.radians(scene.light_elevation_deg), math.radians(scene.light_azimuth_deg)
     slant = np.array([math.cos(azimuth), math.sin(azimuth)]) / math.tan(elevation)
-    ground = vertices[:, :2] - vertices[:, 2:] * slant
-    scale = _TEXELS / _SIZE_M * 2**_MOST_SUBPIXEL_BITS
-    # cv2 puts texel centres at whole numbers.
-    corners = np.round((ground + _SIZE_M / 2.0) * scale - 2 ** (_MOST_SUBPIXEL_BITS - 1)).astype(np.int32)
-    shade = np.zeros((_TEXELS, _TEXELS), dtype=np.uint8)
-    for triangle in corners[faces]:
-        cv2.fillConvexPoly(shade, triangle, 255, lineType=cv2.LINE_8, shift=_MOST_SUBPIXEL_BITS)
+    ground = (vertices[:, :2] - vertices[:, 2:] * slant + _SIZE_M / 2.0) * (_TEXELS / _SIZE_M)
     blur = scene.shadow_blur_m * _TEXELS / _SIZE_M
-    if blur > 0.1:
-        shade = cv2.GaussianBlur(shade, (0, 0), blur)
-    return shade.astype(np.float32) / np.float32(255.0)
+    margin = math.ceil(4.0 * blur) + 2
+    left, top = np.clip(np.floor(ground.min(axis=0)).astype(int) - margin, 0, _TEXELS).tolist()
+    right, bottom = np.clip(np.ceil(ground.max(axis=0)).astype(int) + margin, 0, _TEXELS).tolist()
+    shade = np.zeros((bottom - top, right - left), dtype=np.uint8)
+    # cv2 puts texel centres at whole numbers.
+    corners = np.round((ground - (left, top) - 0.5) * 2**_SUBPIXEL_BITS).astype(np.int32)
+    if shade.size:
+        for triangle in corners[faces]:
+            cv2.fillConvexPoly(shade, triangle, 255, lineType=cv2.LINE_8, shift=_SUBPIXEL_BITS)
+        if blur > 0.1:
+            shade = cv2.GaussianBlur(shade, (0, 0), blur)
+    return (top, bottom, left, right), shade.astype(np.float32) / np.float32(255.0)
 
 
 @njit(cache=True, nogil=True)
@@ -162,12 +182,14 @@ def _draw(
     texture: ImageArray,
     texels_per_m: float,
     beyond: ImageArray,
+    varied: FloatImage,
     pixel_to_direction: FloatArray,
     origin: FloatArray,
     out: ImageArray,
 ) -> None:
     """Look up where each pixel's ray meets the table, between the four nearest texels."""
     m, last = pixel_to_direction, np.float32(texture.shape[0] - 1)
+    y_end, x_end = varied[1] - np.float32(1.0), varied[3] - np.float32(1.0)
     height = origin[2] * texels_per_m
     # Texel coordinates of the ray's foot are ratios of functions linear in u.
     shift_x = origin[0] * texels_per_m + texture.shape[0] / 2.0 - 0.5
@@ -189,7 +211,7 @@ def _draw(
                 inverse = one / down
                 x = origin_x + inverse * (start_x + step_x * u)
                 y = origin_y + inverse * (start_y + step_y * u)
-            if x >= 0 and y >= 0 and x < last and y < last:
+            if y >= varied[0] and y < y_end and x >= varied[2] and x < x_end:
                 j, i = np.int32(x), np.int32(y)
                 a, b = x - np.float32(j), y - np.float32(i)
                 # Whole-number weights that add up to 2^16 keep the mixing exact and quick.
@@ -205,6 +227,9 @@ def _draw(
                         + w11 * np.int32(texture[i + 1, j + 1, k])
                     )
                     out[r, c, k] = np.uint8((mixed + 32768) >> 16)
+            elif x >= 0 and y >= 0 and x < last and y < last:
+                for k in range(3):
+                    out[r, c, k] = texture[0, 0, k]
             else:
                 for k in range(3):
                     out[r, c, k] = beyond[k]

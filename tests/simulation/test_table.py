@@ -6,18 +6,19 @@ import pytest
 
 from graspbench.errors import ConfigurationError
 from graspbench.perception import Camera, CameraParameters, look_at
+from graspbench.simulation.colours import CLOTHS, contrasting_cloth, scene_colours
 from graspbench.simulation.scene import SceneParameters
 from graspbench.simulation.table import build_table
 from tests.simulation.bodies import box
 
-SCENE = SceneParameters(shadow=0.0)
+SCENE = SceneParameters(shadow=0.0, table_rgb=(0.12, 0.45, 0.25), table_second_rgb=(0.10, 0.32, 0.42))
 MESH = box().mesh
 VERTICES = MESH.vertices + np.array([0.0, 0.0, 0.05])
 CAMERA = Camera(CameraParameters().intrinsics, look_at(np.array([0.4, -0.3, 0.3]), np.zeros(3)))
 
 
 def table(scene, seed=0):
-    return build_table(scene, VERTICES, MESH.faces, seed)
+    return build_table(scene, scene_colours(scene, (0.8, 0.3, 0.2)), VERTICES, MESH.faces, seed)
 
 
 def colour_at(image, point):
@@ -92,3 +93,19 @@ def test_an_image_file_can_be_the_table(tmp_path):
 def test_an_unknown_table_is_refused():
     with pytest.raises(ConfigurationError, match="'marble' is no pattern and no readable image"):
         table(replace(SCENE, table="marble"))
+
+
+@pytest.mark.parametrize("cloth", CLOTHS)
+def test_an_object_of_a_cloths_colour_gets_another_cloth(cloth):
+    chosen = np.array(contrasting_cloth((*cloth, 1.0)))
+    along = chosen @ cloth / (np.linalg.norm(chosen) * np.linalg.norm(cloth))
+    assert along < 0.95
+
+
+def test_colours_left_open_follow_the_table():
+    plain = scene_colours(SceneParameters(), (0.8, 0.3, 0.2, 1.0))
+    assert plain.first == plain.wall == contrasting_cloth((0.8, 0.3, 0.2))
+    board = scene_colours(SceneParameters(table="checker", table_rgb=(0.5, 0.5, 0.2)), (0.8, 0.3, 0.2))
+    assert board.first == (0.5, 0.5, 0.2)
+    assert sum(board.second) < sum(board.first)
+    assert board.wall != board.first
