@@ -24,8 +24,14 @@ def info(path: LogFile, as_json: Json = False) -> None:
     if as_json:
         print_json({"schema": 1, **dataclasses.asdict(found)})
         return
-    print_rows([dataclasses.asdict(channel) for channel in found.channels], title=str(path))
-    out.print(f"{found.messages} messages over {found.duration_s:.2f} s")
+    rows = [
+        {"topic": topic, "messages": count, "schema": found.schemas[topic]}
+        for topic, count in sorted(found.messages.items())
+    ]
+    print_rows(rows, title=str(path))
+    state = "complete" if found.complete else "cut off: 'graspbench log recover' saves what is there"
+    out.print(f"{found.message_count} messages over {found.duration_s:.2f} s, {state}")
+    out.print(f"attached: {', '.join(found.attachments) or 'nothing'}")
 
 
 @app.command("recover")
@@ -39,6 +45,5 @@ def recover(
     from graspbench.cli.printing import out
     from graspbench.record import recover_log
 
-    target = output or path.with_name(path.name.removesuffix(".partial").removesuffix(".mcap") + ".recovered.mcap")
-    recovered = recover_log(path, target)
-    out.print(f"{recovered.messages} messages saved in {target}")
+    saved = recover_log(path, output)
+    out.print(f"{saved.message_count} messages saved in {saved.path}")

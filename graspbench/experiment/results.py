@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 
 from graspbench.arrays import FloatArray
 from graspbench.geometry import ObjectModel
+from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp
 from graspbench.planning import GlobalResult, LocalPlan
 from graspbench.reconstruction import Surface, VisualHull
@@ -23,7 +24,7 @@ def local_result(plan: LocalPlan) -> dict[str, Any]:
         for field in dataclasses.fields(plan)
         if field.name not in left_out
     }
-    return {**_grasp(plan.grasp), **dataclasses.asdict(plan.quality), **counts}
+    return {**_grasp(plan.grasp), **plan.quality._asdict(), **counts}
 
 
 def global_result(found: GlobalResult) -> dict[str, Any]:
@@ -48,7 +49,7 @@ def reconstruction_result(
     final = surfaces[-1]
     to_hull = np.abs(hull.signed_distance(final.points))
     in_object = (final.points - object_pose[:3, 3]) @ object_pose[:3, :3]
-    to_mesh = model.mesh.nearest.on_surface(in_object)[1]
+    to_mesh = distances_to_mesh(in_object, model.mesh)
     return {
         "nodes": len(final.points),
         "snapshots": len(surfaces),

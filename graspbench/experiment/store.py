@@ -13,11 +13,12 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from graspbench.errors import LogError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RESULT_FILE = "result.json"
 TABLE_FILE = "trials.csv"
@@ -142,8 +143,10 @@ def load_results(folders: list[Path]) -> list[dict[str, Any]]:
     return list(merged.values())
 
 
-def results_frame(results: list[dict[str, Any]]) -> pd.DataFrame:
+def results_frame(results: list[dict[str, Any]]) -> "pd.DataFrame":
     """Turn results into one row a trial with dotted column names; arrays are left to the files."""
+    import pandas as pd  # only tables need it, and it is slow to load
+
     rows = [dict(_columns(result)) for result in results]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     return pd.DataFrame(rows, columns=columns)

@@ -32,7 +32,6 @@ from graspbench.planning import (
 )
 from graspbench.reconstruction import Surface, VisualHull, reconstruct
 from graspbench.record import TrialLog
-from graspbench.report import draw_grasp, draw_surface_moments, draw_views, pick_moments
 from graspbench.simulation import World
 from graspbench.simulation.capture import capture
 from graspbench.simulation.execute import execute
@@ -117,16 +116,10 @@ def run_trial(
             log.scores(_scores(result))
     if picture_dir is not None and config.record.pictures:
         with clock.stage("pictures"):
-            draw_views(views, silhouettes, picture_dir / "views.png")
-            draw_surface_moments(pick_moments(surfaces), picture_dir / "surface.png")
-            draw_grasp(
-                final,
-                plan.grasp,
-                paths,
-                picture_dir / "grasp.png",
-                title=f"{model.name}, {hand.name} hand, index {config.index_name}",
-                caption="   ".join(f"{measure.upper()} {local[measure]:.3g}" for measure in ("q1", "q2", "q3")),
-            )
+            from graspbench.experiment.pictures import draw_trial  # loads Matplotlib
+
+            title = f"{model.name}, {hand.name} hand, {config.index_name}"
+            draw_trial(picture_dir, title, local, views, silhouettes, surfaces, plan, paths)
     return {**result, "times_s": dict(clock.seconds)}
 
 
@@ -183,7 +176,7 @@ def _plan_global(
                 config.quality,
                 config.search,
                 checker=checker,
-                centre_tolerance_m=config.search.centre_tolerance_m if centred else None,
+                centre_tolerance_m=0.01 if centred else None,
             )
     return found
 

@@ -1,23 +1,69 @@
-"""Manipulation of grasped objects: contact kinematics, CLIK with prioritised tasks, classification."""
+"""Manipulation of grasped objects: contact kinematics, CLIK with prioritised tasks, classification.
 
-from graspbench.manipulation.case_study import CaseStudyParameters, CaseStudyResult, run_case_study
-from graspbench.manipulation.charts import (
-    Chart,
-    cylinder,
-    ellipsoid,
-    mesh_patch,
-    plane,
-    revolution,
-    sphere,
-)
-from graspbench.manipulation.classification import GraspClass, classify
-from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, PriorityChange, simulate
-from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
-from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
-from graspbench.manipulation.manipulate import ContactParameters, ManipulationResult, manipulate_object
-from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
-from graspbench.manipulation.task import TASKS, Task, TaskValue, build_tasks
-from graspbench.manipulation.tree import KinematicTree, planar_tree, tree_from_pinocchio
+Names are imported on first use, so that reading the configuration does not load the solvers.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graspbench.manipulation.case_study import CaseStudyParameters, CaseStudyResult, run_case_study
+    from graspbench.manipulation.charts import (
+        Chart,
+        cylinder,
+        ellipsoid,
+        mesh_patch,
+        plane,
+        revolution,
+        sphere,
+    )
+    from graspbench.manipulation.classification import GraspClass, classify
+    from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, PriorityChange, simulate
+    from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
+    from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
+    from graspbench.manipulation.manipulate import ContactParameters, ManipulationResult, manipulate_object
+    from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
+    from graspbench.manipulation.task import TASKS, Task, TaskValue, build_tasks
+    from graspbench.manipulation.tree import KinematicTree, planar_tree, tree_from_pinocchio
+
+_HOMES = {
+    "CaseStudyParameters": "case_study",
+    "CaseStudyResult": "case_study",
+    "Chart": "charts",
+    "Clik": "clik",
+    "ClikHistory": "clik",
+    "ClikParameters": "clik",
+    "Contact": "contact_kinematics",
+    "ContactForces": "forces",
+    "ContactParameters": "manipulate",
+    "ForceDistribution": "forces",
+    "ForceParameters": "forces",
+    "GraspClass": "classification",
+    "KinematicTree": "tree",
+    "ManipulationResult": "manipulate",
+    "ManipulationSystem": "contact_kinematics",
+    "MotionParameters": "motion",
+    "PriorityChange": "clik",
+    "State": "contact_kinematics",
+    "TASKS": "task",
+    "Task": "task",
+    "TaskValue": "task",
+    "Trajectory": "motion",
+    "build_tasks": "task",
+    "classify": "classification",
+    "cylinder": "charts",
+    "ellipsoid": "charts",
+    "manipulate_object": "manipulate",
+    "mesh_patch": "charts",
+    "object_motion": "motion",
+    "planar_tree": "tree",
+    "plane": "charts",
+    "revolution": "charts",
+    "run_case_study": "case_study",
+    "simulate": "clik",
+    "sphere": "charts",
+    "tree_from_pinocchio": "tree",
+}
 
 __all__ = [
     "TASKS",
@@ -57,3 +103,9 @@ __all__ = [
     "sphere",
     "tree_from_pinocchio",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -22,7 +22,7 @@ from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.screen import screen
-from graspbench.planning.track import Placer, Settler, Track, settle
+from graspbench.planning.settling import Placer, Settler, Track, settle
 from graspbench.reconstruction.surface import Surface
 
 NOT_CLOSED = "not force closure"

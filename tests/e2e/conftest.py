@@ -1,5 +1,7 @@
-"""The real command line, in a process of its own."""
+"""The real command line: in this process, where libraries are loaded once, or in one of its own."""
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -7,8 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
+
+from graspbench.cli.app import main
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,28 @@ def cli(tmp_path_factory: pytest.TempPathFactory) -> Cli:
     anywhere = tmp_path_factory.mktemp("cwd")
 
     def run(*arguments: object, cwd: Path | None = None) -> Finished:
+        out, err, code = io.StringIO(), io.StringIO(), 0
+        with (
+            contextlib.chdir(cwd or anywhere),
+            mock.patch.object(sys, "argv", ["graspbench", *map(str, arguments)]),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+        ):
+            try:
+                main()
+            except SystemExit as end:
+                code = int(end.code or 0)
+        return Finished(code, out.getvalue(), err.getvalue())
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def process(tmp_path_factory: pytest.TempPathFactory) -> Cli:
+    """Run ``graspbench ARGUMENTS`` as a shell does."""
+    anywhere = tmp_path_factory.mktemp("cwd")
+
+    def run(*arguments: object, cwd: Path | None = None) -> Finished:
         done = subprocess.run(
             [sys.executable, "-m", "graspbench.cli", *map(str, arguments)],
             cwd=cwd or anywhere,
@@ -45,7 +72,7 @@ def cli(tmp_path_factory: pytest.TempPathFactory) -> Cli:
 
 
 @pytest.fixture(scope="session")
-def teddy_run(cli: Cli, tmp_path_factory: pytest.TempPathFactory) -> tuple[Finished, Path]:
+def teddy_run(process: Cli, tmp_path_factory: pytest.TempPathFactory) -> tuple[Finished, Path]:
     """One whole trial of the default configuration: what it printed, and its results folder."""
     output = tmp_path_factory.mktemp("teddy") / "results"
-    return cli("run", "--json", "-o", output), output
+    return process("run", "--json", "-o", output), output

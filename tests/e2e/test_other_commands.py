@@ -1,7 +1,5 @@
 """Configuration, catalogue, hands, logs, completion and help."""
 
-import shutil
-
 import pytest
 import yaml
 
@@ -22,20 +20,6 @@ def test_objects_and_hands_are_listed(cli):
     assert {"teddy", "duck", "bottle", "cylinder"} <= {row["name"] for row in objects}
     hands = cli("hands", "list", "--json").document
     assert {"radial", "allegro"} <= {row["name"] for row in hands}
-
-
-def test_log_info_and_recovery_of_a_cut_log(cli, teddy_run, tmp_path):
-    finished, output = teddy_run
-    log = output / finished.document["trial_id"] / "trial.mcap"
-    whole = cli("log", "info", log, "--json").document
-    cut = tmp_path / "cut.mcap.partial"
-    shutil.copy(log, cut)
-    with cut.open("r+b") as stream:
-        stream.truncate(cut.stat().st_size * 2 // 3)
-    assert cli("log", "recover", cut).code == 0
-    saved = cli("log", "info", tmp_path / "cut.recovered.mcap", "--json").document
-    assert saved["complete"]
-    assert 0.3 < sum(saved["messages"].values()) / sum(whole["messages"].values()) < 1.0
 
 
 @pytest.mark.parametrize(

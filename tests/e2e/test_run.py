@@ -1,6 +1,7 @@
 """`graspbench run` as a user meets it."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ def test_trial_gives_a_scored_and_executed_grasp(teddy_run):
             result["local"][measure] / result["global"][measure]["value"]
         )
     assert result["execution"]["contacts_made"] == 3
+    assert result["success"] is True
     assert {"images", "silhouettes", "reconstruction", "local_planning"} <= set(result["times_s"])
 
 
@@ -109,7 +111,8 @@ def test_own_mesh_in_millimetres_without_the_inner_ring(cli, tmp_path):
 
 
 def _genus_one(folder: Path) -> Path:
-    return Path(trimesh.creation.torus(0.03, 0.01).export(folder / "torus.obj") and folder / "torus.obj")
+    trimesh.creation.torus(0.03, 0.01).export(folder / "torus.obj")
+    return folder / "torus.obj"
 
 
 def _open(folder: Path) -> Path:
@@ -160,6 +163,20 @@ def test_unusable_option_is_one_sentence_and_leaves_nothing(cli, tmp_path, overr
     finished = cli("run", override, "-o", tmp_path / "results")
     _assert_refused(finished, word)
     assert not (tmp_path / "results").exists()
+
+
+def test_log_info_and_recovery_of_a_cut_log(cli, teddy_run, tmp_path):
+    finished, output = teddy_run
+    log = output / finished.document["trial_id"] / "trial.mcap"
+    whole = cli("log", "info", log, "--json").document
+    cut = tmp_path / "cut.mcap.partial"
+    shutil.copy(log, cut)
+    with cut.open("r+b") as stream:
+        stream.truncate(cut.stat().st_size * 2 // 3)
+    assert cli("log", "recover", cut).code == 0
+    saved = cli("log", "info", tmp_path / "cut.mcap", "--json").document
+    assert saved["complete"]
+    assert 0.3 < sum(saved["messages"].values()) / sum(whole["messages"].values()) < 1.0
 
 
 def test_object_larger_than_the_hand_is_refused(cli, tmp_path):
