@@ -176,7 +176,7 @@ def _load(key: _Key) -> HandModel:
     else:
         path, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
         if parameters.collision:
-            text = replace_collision(path, parameters.collision, parameters.name)
+            text = replace_collision(path, package_dirs, parameters.collision, parameters.name)
             path = write_urdf(text, path.stem)
         palm, fingers = parameters.palm, parameters.chains
     used = _choose(parameters, fingers)

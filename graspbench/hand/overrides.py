@@ -10,11 +10,17 @@ from graspbench.hand.parameters import CollisionShape
 SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
 
 
-def replace_collision(path: Path, collision: dict[str, tuple[CollisionShape, ...]], hand: str) -> str:
+def replace_collision(
+    path: Path,
+    package_dirs: tuple[Path, ...],
+    collision: dict[str, tuple[CollisionShape, ...]],
+    hand: str,
+) -> str:
     """Return a URDF's text with the collision shapes of some links replaced.
 
     Args:
         path: The URDF.
+        package_dirs: Folders its ``package://`` references start from.
         collision: The new shapes, by link.
         hand: Name of the hand, for error messages.
 
@@ -43,9 +49,10 @@ def replace_collision(path: Path, collision: dict[str, tuple[CollisionShape, ...
             links[name].append(_element(shape, name, hand))
     for mesh in tree.getroot().iter("mesh"):
         file = mesh.get("filename", "")
-        if file and not file.startswith((SCHEME, "file://")):
-            # The text is going to live in another folder.
-            mesh.set("filename", str((path.parent / file).resolve()))
+        # The text is going to live in another folder, so meshes are named by their full paths.
+        folders = package_dirs if file.startswith(SCHEME) else (path.parent,)
+        places = [(folder / file.removeprefix(SCHEME)).resolve() for folder in folders]
+        mesh.set("filename", str(next((place for place in places if place.is_file()), file)))
     return ElementTree.tostring(tree.getroot(), encoding="unicode")
 
 
