@@ -66,7 +66,7 @@ class CaseStudyParameters:
     ] = (1, -1, -1, 1)
     bar_position_m: Annotated[Pair, Field(description="Middle of the bar at the start, m")] = (0.0, 0.0)
     bar_thickness_m: Annotated[float, Field(gt=0, description="Distance of its two sides, m")] = 0.1
-    bar_length_m: Annotated[float, Field(gt=0, description="Drawn length of the bar, m")] = 3.0
+    bar_length_m: Annotated[float, Field(gt=0, description="Drawn length of the bar, m")] = 2.0
     line_m: Annotated[Pair, Field(description="From point 1 to point 2 of the path, m")] = (-0.9, -0.4)
     chord_m: Annotated[Pair, Field(description="From point 2 to point 3 of the path, m")] = (-0.9, -0.1)
     arc_deg: Annotated[float, Field(gt=0, lt=360, description="Angle of the arc 2-3")] = 90.0

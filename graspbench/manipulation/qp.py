@@ -163,11 +163,19 @@ class HierarchicalQP:
         least: FloatArray,
         box: tuple[FloatArray, FloatArray],
     ) -> FloatArray | None:
-        """Minimise |matrix x - wanted|^2, ties towards ``near``, with the levels above fixed."""
-        tie = 1e-9
+        """Minimise |matrix x - wanted|^2, ties towards ``near``, with the levels above fixed.
+
+        The second pass is a step of the proximal point method: it takes the tie's bias out of weak directions.
+        """
+        tie, found = 1e-7, near
         hessian = matrix.T @ matrix + tie * np.eye(len(near))
-        gradient = -(matrix.T @ wanted) - tie * near
-        return self._solve(hessian, gradient, fixed, values, rows, least, box)
+        for _ in range(2):
+            gradient = -(matrix.T @ wanted) - tie * found
+            solved = self._solve(hessian, gradient, fixed, values, rows, least, box)
+            if solved is None:
+                return None if found is near else found
+            found = solved
+        return found
 
     def _relaxed(self, rows: FloatArray, least: FloatArray, box: tuple[FloatArray, FloatArray]) -> FloatArray:
         """Return the distances' bounds after the least squares of relaxing that the box asks for."""
