@@ -79,7 +79,7 @@ def smallest_support(
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _smallest_support_batch(
     wrenches: FloatArray,
     corners: IntArray,
@@ -94,7 +94,7 @@ def _smallest_support_batch(
     return values
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def smallest_support_one(
     wrenches: FloatArray,
     corners: IntArray,
@@ -107,11 +107,13 @@ def smallest_support_one(
     n_f, n_v, d = wrenches.shape
     size = d if minkowski else d + 1  # the hull's normals are found together with their offset
     points = np.zeros((n_f, n_v + 1, size))
-    points[:, :n_v, :d] = wrenches
-    if not minkowski:
-        points[:, :, d] = 1.0
-    free = np.empty((n_f + 1, size, size))  # orthonormal rows: what the chosen rows leave free
-    free[0] = np.eye(size)
+    for i in range(n_f):
+        for v in range(n_v):
+            for k in range(size):
+                points[i, v, k] = wrenches[i, v, k] if k < d else 1.0
+    free = np.zeros((n_f + 1, size, size))  # orthonormal rows: what the chosen rows leave free
+    for k in range(size):
+        free[0, k, k] = 1.0
     dims = np.empty(n_f + 1, np.int64)
     dims[0] = size
     face = np.empty(n_f, np.int64)
@@ -126,7 +128,7 @@ def smallest_support_one(
             if face[level] >= start[share + 1] or (share == 0 and face[level] > start[0]):
                 level -= 1
                 continue
-            independent = _reduce(free, dims, level, points[level], corners[face[level]], share, minkowski)
+            independent = _reduce(free, dims, level, points, corners, face[level], share, minkowski)
             if not independent:
                 continue
             if level + 1 < n_f:
@@ -150,13 +152,14 @@ def smallest_support_one(
     return float(best) if best < np.inf else 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _reduce(
     free: FloatArray,
     dims: IntArray,
     level: int,
     points: FloatArray,
     corners: IntArray,
+    face: int,
     share: int,
     minkowski: bool,
 ) -> bool:
@@ -166,15 +169,15 @@ def _reduce(
     basis = free[level + 1]
     for a in range(k):
         for b in range(size):
-            basis[a, b] = free[level, a, b]
+            free[level + 1, a, b] = free[level, a, b]
     row = np.empty(size)
     part = np.empty(size)
     for r in range(share):
         norm = 0.0
         for b in range(size):
-            row[b] = points[corners[r], b]
+            row[b] = points[level, corners[face, r], b]
             if minkowski:
-                row[b] = points[corners[r + 1], b] - points[corners[0], b]
+                row[b] = points[level, corners[face, r + 1], b] - points[level, corners[face, 0], b]
             norm += row[b] ** 2
         length = 0.0
         for a in range(k):
@@ -203,7 +206,7 @@ def _reduce(
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, bound: float) -> float:
     """Return the smaller support of the two sides; anything above ``bound`` if both are."""
     high = -np.inf
@@ -220,7 +223,7 @@ def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, 
     return min(high, -low)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _support_of_sum(points: FloatArray, normal: FloatArray, bound: float) -> float:
     """Return the smaller support of the two sides; anything above ``bound`` if both are."""
     high = 0.0
