@@ -17,6 +17,7 @@ from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Sh
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 
 CLEARANCE_CAP_M = 0.05
+INSIDE_M = 1e-9  # a point this near to a core is inside, but for rounding
 
 
 @inner
@@ -172,7 +173,7 @@ def nearest_obstacle(
             continue
         px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
         distance = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
-        if distance == 0.0:
+        if distance < INSIDE_M:
             distance = -core_depth(kind, poses[s], shapes.size[s], x, y, z)[0]
         if distance - radius < least:
             least, nearest = distance - radius, i

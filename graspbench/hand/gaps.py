@@ -6,7 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.chains import Chains
-from graspbench.hand.collision import core_depth, far_apart, nearest_obstacle, tangent_plane
+from graspbench.hand.collision import INSIDE_M, core_depth, far_apart, nearest_obstacle, tangent_plane
 from graspbench.hand.compiled import inner
 from graspbench.hand.distance import Point, core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
@@ -114,7 +114,7 @@ def collect_world(
             a = nearest_in_core(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
             n = (a[0] - b[0], a[1] - b[1], a[2] - b[2])
             length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-            if length > 0.0:
+            if length > INSIDE_M:
                 n = (n[0] / length, n[1] / length, n[2] / length)
             else:
                 _, x, y, z = core_depth(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])

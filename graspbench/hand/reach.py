@@ -7,6 +7,7 @@ from graspbench.hand.chains import LOWER, UPPER
 from graspbench.hand.model import HandModel
 
 SAMPLES = 9
+DIRECTIONS = 200
 
 
 def pair_limit(hand: HandModel) -> float:
@@ -16,23 +17,26 @@ def pair_limit(hand: HandModel) -> float:
     the reach behind them, so the bound holds for every posture.
     """
     chains, n = hand.chains, hand.n_fingers
-    clouds, slack = [], []
+    directions = _sphere_directions(DIRECTIONS)
+    near, far, slack = [], [], []
     for f in range(n):
         k = int(chains.counts[f])
         count = SAMPLES if k <= 4 else 5
         grids = [np.linspace(chains.limits[f, j, LOWER], chains.limits[f, j, UPPER], count) for j in range(k)]
         joints = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, k)
-        clouds.append(_sampled_tips(hand, f, joints))
+        heights = _sampled_tips(hand, f, joints) @ directions.T
+        near.append(heights.min(axis=0))
+        far.append(heights.max(axis=0))
         reach = np.array([_reach(hand, f, j) for j in range(k)])
         half_steps = (chains.limits[f, :k, UPPER] - chains.limits[f, :k, LOWER]) / (2 * (count - 1))
         slack.append(float(reach @ half_steps))
     limit = 0.0
-    directions = _sphere_directions(400)
-    # Farthest pair through support values; the directions' spacing is covered by 1 / cos of half of it.
+    # The farthest pair is as far apart as the spread along its own direction; one within 0.2 rad of it
+    # is among those tried.
     for f in range(n):
         for g in range(f):
-            spans = (clouds[f] @ directions.T).max(axis=0) + (-clouds[g] @ directions.T).max(axis=0)
-            limit = max(limit, float(spans.max()) / np.cos(0.15) + slack[f] + slack[g])
+            spread = max(float((far[f] - near[g]).max()), float((far[g] - near[f]).max()))
+            limit = max(limit, spread / np.cos(0.2) + slack[f] + slack[g])
     return limit + 2 * hand.tip_radius_m
 
 

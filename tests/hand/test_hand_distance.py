@@ -39,7 +39,8 @@ def coal_distance(a, pose_a, b, pose_b):
 
 @pytest.mark.parametrize("kind_b", [SEGMENT, BOX, CYLINDER])
 @pytest.mark.parametrize("kind_a", [SEGMENT, BOX, CYLINDER])
-def test_distance_agrees_with_coal(kind_a, kind_b, rng=np.random.default_rng(7)):
+def test_distance_agrees_with_coal(kind_a, kind_b):
+    rng = np.random.default_rng(7)
     apart = 0
     for _ in range(150):
         half_a, half_b = random_core(rng, kind_a), random_core(rng, kind_b)
@@ -56,7 +57,8 @@ def test_distance_agrees_with_coal(kind_a, kind_b, rng=np.random.default_rng(7))
     assert apart > 20
 
 
-def test_enough_stops_early_with_a_true_bound(rng=np.random.default_rng(8)):
+def test_enough_stops_early_with_a_true_bound():
+    rng = np.random.default_rng(8)
     for _ in range(100):
         half_a, half_b = random_core(rng, BOX), random_core(rng, BOX)
         pose_a, pose_b = random_pose(rng, 0.15), random_pose(rng, 0.15)
@@ -72,4 +74,6 @@ def test_parallel_faces_and_segments_are_exact():
     box = np.array([0.01, 0.02, 0.03])
     assert core_distance(BOX, pose_a, box, BOX, pose_b, box, np.inf)[0] == pytest.approx(0.08, abs=1e-9)
     rod = np.array([0.0, 0.0, 0.03])
-    assert core_distance(SEGMENT, pose_a, rod, SEGMENT, pose_b, rod, np.inf)[0] == pytest.approx(0.1, abs=1e-12)
+    assert core_distance(SEGMENT, pose_a, rod, SEGMENT, pose_b, rod, np.inf)[0] == pytest.approx(
+        0.1, abs=1e-12
+    )

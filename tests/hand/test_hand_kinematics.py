@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 
-def test_reachable_targets_are_reached(hand, rng=np.random.default_rng(1)):
+def test_reachable_targets_are_reached(hand):
+    rng = np.random.default_rng(1)
     for f in range(hand.n_fingers):
         own = hand.finger_joints(f)
         inside = hand.lower[own] + rng.uniform(0.1, 0.9, (200, 4)) * (hand.upper - hand.lower)[own]
@@ -21,7 +22,8 @@ def test_reachable_targets_are_reached(hand, rng=np.random.default_rng(1)):
             assert np.all(q <= hand.upper[own])
 
 
-def test_warm_start_reaches_neighbours_nearby(radial, rng=np.random.default_rng(2)):
+def test_warm_start_reaches_neighbours_nearby(radial):
+    rng = np.random.default_rng(2)
     start = radial.preferred[:4]
     targets = radial.tip_positions(radial.preferred)[0] + rng.uniform(-0.005, 0.005, (100, 3))
     solved = radial.finger_ik(0, targets, start, centring=0.0)
@@ -47,7 +49,8 @@ def test_out_of_reach_ends_at_the_nearest_point(radial):
     assert best > 0.1
 
 
-def test_free_motion_centres_the_joints(radial, rng=np.random.default_rng(3)):
+def test_free_motion_centres_the_joints(radial):
+    rng = np.random.default_rng(3)
     own = radial.finger_joints(0)
     targets = radial.tip_positions(radial.preferred)[0] + rng.uniform(-0.01, 0.01, (50, 3))
     start = radial.preferred[own] + (0.0, -0.3, 0.5, -0.3)

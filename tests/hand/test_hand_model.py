@@ -21,7 +21,8 @@ def test_all_installed_hands_load(hand_named):
         assert len(hand.joint_names) == hand.lower.size == hand.velocity_limits.size
 
 
-def test_tips_agree_with_pinocchio(hand, rng=np.random.default_rng(1)):
+def test_tips_agree_with_pinocchio(hand):
+    rng = np.random.default_rng(1)
     palm_from_root = np.linalg.inv(hand.transform_palm_to_root)
     data = hand.model.createData()
     for _ in range(20):
@@ -34,7 +35,8 @@ def test_tips_agree_with_pinocchio(hand, rng=np.random.default_rng(1)):
         np.testing.assert_allclose(hand.tip_positions(joints), expected, atol=1e-9)
 
 
-def test_jacobians_agree_with_pinocchio(hand, rng=np.random.default_rng(2)):
+def test_jacobians_agree_with_pinocchio(hand):
+    rng = np.random.default_rng(2)
     turn = np.linalg.inv(hand.transform_palm_to_root)[:3, :3]
     data = hand.model.createData()
     joints = joints_of(hand, rng)
@@ -42,13 +44,17 @@ def test_jacobians_agree_with_pinocchio(hand, rng=np.random.default_rng(2)):
     pinocchio.updateFramePlacements(hand.model, data)
     for f, link in enumerate(hand.tip_links):
         frame = hand.model.getFrameId(link)
-        expected = turn @ pinocchio.getFrameJacobian(
-            hand.model, data, frame, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )[:3]
+        expected = (
+            turn
+            @ pinocchio.getFrameJacobian(
+                hand.model, data, frame, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            )[:3]
+        )
         np.testing.assert_allclose(hand.tip_jacobians(joints)[f], expected, atol=1e-9)
 
 
-def test_jacobians_are_the_tips_derivatives(hand, rng=np.random.default_rng(3)):
+def test_jacobians_are_the_tips_derivatives(hand):
+    rng = np.random.default_rng(3)
     joints, step = joints_of(hand, rng), 1e-6
     jacobians = hand.tip_jacobians(joints)
     for j in range(hand.n_joints):
@@ -57,7 +63,8 @@ def test_jacobians_are_the_tips_derivatives(hand, rng=np.random.default_rng(3)):
         np.testing.assert_allclose(jacobians[:, :, j], change, atol=1e-8)
 
 
-def test_joints_map_to_pybullet_by_name(hand, rng=np.random.default_rng(4)):
+def test_joints_map_to_pybullet_by_name(hand):
+    rng = np.random.default_rng(4)
     client = bullet_client.BulletClient(connection_mode=pybullet.DIRECT)
     try:
         for folder in hand.package_dirs:
