@@ -8,6 +8,7 @@ import gc
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -68,9 +69,7 @@ def run(output_dir: Path | None = None, *, repeats: int = 3000, peer: bool = Tru
 
 def allegro() -> HandModel:
     """Return the Allegro hand with all four fingers."""
-    import graspbench.conf
-
-    text = (Path(str(graspbench.conf.__path__[0])) / "hand" / "allegro.yaml").read_text(encoding="utf-8")
+    text = (files("graspbench.conf") / "hand" / "allegro.yaml").read_text(encoding="utf-8")
     values: dict[str, Any] = yaml.safe_load(text)
     return load_hand(TypeAdapter(HandParameters).validate_python({**values, "fingers": 4}))
 

@@ -210,6 +210,8 @@ class Clik:
 
     def _order(self, time_s: float) -> tuple[Sequence[int], Sequence[int], float]:
         """Return the order before and after the last change, and the share of the latter."""
+        if len(self._orders) == 1:
+            return self._orders[0][1], self._orders[0][1], 1.0
         last = max(k for k, (start, _) in enumerate(self._orders) if start <= time_s)
         if last == 0:
             return self._orders[0][1], self._orders[0][1], 1.0
@@ -266,15 +268,14 @@ class _TaskStack:
         self.jacobian[start : start + rows] = jacobian
         self.wanted[start : start + rows] = wanted
         if isinstance(activation, np.ndarray):  # every row is a block of its own
-            for row in range(rows):
-                self._close(start + row + 1, float(activation[row]))
+            first, last = self.count, self.count + rows
+            self.activation[first:last] = activation
+            self.starts[first + 1 : last + 1] = np.arange(start + 1, start + rows + 1)
+            self.count = last
         else:
-            self._close(start + rows, activation)
-
-    def _close(self, end: int, activation: float) -> None:
-        self.activation[self.count] = activation
-        self.count += 1
-        self.starts[self.count] = end
+            self.activation[self.count] = activation
+            self.count += 1
+            self.starts[self.count] = start + rows
 
     def jacobians(self) -> list[FloatArray]:
         """Return the Jacobian of every block."""

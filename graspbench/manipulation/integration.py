@@ -58,6 +58,8 @@ def step(
     arrays, state = clik.system.arrays, clik.state.arrays
     joint_rate, contact_rate = velocity[: len(joints)], np.empty_like(contacts)
     _contact_rates(state.xi_jacobians, arrays.theta_columns, velocity, contact_rate)
+    if rule.order == 1:
+        return joints + period_s * joint_rate, contacts + period_s * contact_rate
     joint_sum, contact_sum = rule.weights[0] * joint_rate, rule.weights[0] * contact_rate
     for node, weight in zip(rule.nodes[1:], rule.weights[1:], strict=True):
         dt = node * period_s

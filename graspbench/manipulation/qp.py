@@ -165,7 +165,8 @@ class HierarchicalQP:
     ) -> FloatArray | None:
         """Minimise |matrix x - wanted|^2, ties towards ``near``, with the levels above fixed.
 
-        The second pass is a step of the proximal point method: it takes the tie's bias out of weak directions.
+        The second pass is a step of the proximal point method: it takes the tie's bias out of weak
+        directions.
         """
         tie, found = 1e-7, near
         hessian = matrix.T @ matrix + tie * np.eye(len(near))
