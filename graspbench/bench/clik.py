@@ -142,7 +142,7 @@ def stability(
                     "gain_times_step": gain * period,
                     "error_start": float(np.sqrt(3.0) * 5e-4),
                     "error_end": last,
-                    "converged": last < 1e-2 * np.sqrt(3.0) * 5e-4,
+                    "converged": bool(last < 1e-2 * np.sqrt(3.0) * 5e-4),
                 }
             )
     return tuple(rows)
