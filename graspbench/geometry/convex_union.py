@@ -161,7 +161,9 @@ def to_manifold(vertices: FloatArray, faces: IntArray) -> Any:
 
     return manifold3d.Manifold(
         manifold3d.Mesh64(
-            np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.uint64)
+            # Copies, because it takes no array that is read-only.
+            np.array(vertices, dtype=np.float64, order="C"),
+            np.array(faces, dtype=np.uint64, order="C"),
         )
     )
 

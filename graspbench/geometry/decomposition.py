@@ -71,7 +71,7 @@ def _cache_folder() -> Path:
 
 def _read(file: Path) -> tuple[trimesh.Trimesh, ...] | None:
     try:
-        with np.load(file) as arrays:
+        with file.open("rb") as stream, np.load(stream) as arrays:
             return tuple(
                 make_mesh(arrays[f"vertices_{i}"], arrays[f"faces_{i}"])
                 for i in range(len(arrays.files) // 2)

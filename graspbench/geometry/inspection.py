@@ -13,7 +13,7 @@ from graspbench.geometry.intersections import self_intersections
 
 LARGEST_M, SMALLEST_M = 2.0, 0.002
 _FLAT_SHARE = 1e-5
-"""A body whose volume is less than this share of its box's cube is a sheet, not a solid."""
+"""A body thinner than this share of its length, or of less than this share of its box's cube, is no solid."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,8 @@ def inspect(
         repairs.append(f"{counted(lost, 'degenerate or duplicate triangle')} dropped")
     report = replace(report, vertices=len(vertices), triangles=len(faces), repairs=tuple(repairs))
     problems = list(_size_problems(name, extents))
+    if _is_flat(vertices):
+        return refused(*problems, MeshProblem("flat", f"{name} is flat", "export a solid, not a sheet"))
     if len(faces) == 0:
         return refused(
             *problems, MeshProblem("flat", f"{name} has no triangle with an area", "export it again")
@@ -161,6 +163,13 @@ def inspect(
         problems += _intersection_problems(name, pierced)
     report = replace(report, usable=not problems, problems=tuple(problems), repairs=tuple(repairs))
     return vertices, faces, report
+
+
+def _is_flat(vertices: FloatArray) -> bool:
+    """Whether all vertices lie in one plane or on one line, whichever way it is turned."""
+    centred = vertices - vertices.mean(axis=0)
+    spread = np.linalg.eigvalsh(centred.T @ centred)
+    return bool(spread[0] <= _FLAT_SHARE**2 * spread[2])
 
 
 def _size_problems(name: str, extents: FloatArray) -> list[MeshProblem]:

@@ -102,7 +102,15 @@ def _announced_triangles(file: Path, suffix: str) -> int:
     with file.open("rb") as stream:
         head = stream.read(4096)
     if suffix == "stl" and not head.lstrip().startswith(b"solid") and len(head) >= 84:
-        return int(struct.unpack_from("<I", head, 80)[0])
+        count = int(struct.unpack_from("<I", head, 80)[0])
+        if count <= MAX_TRIANGLES and file.stat().st_size < 84 + 50 * count:
+            raise MeshError(
+                f"{file.name} cannot be read as .stl (it is cut off before its {count} triangles end)",
+                remedy="copy or export it again",
+                kind="broken",
+                path=str(file),
+            )
+        return count
     if suffix == "ply":
         for line in head.split(b"\n"):
             words = line.split()

@@ -72,17 +72,22 @@ def convex_slices(profile: FloatArray, segments: int = SEGMENTS) -> tuple[trimes
 
 def _furthest_convex(profile: FloatArray, start: int) -> int:
     end = start + 1
-    while end + 1 < len(profile):
-        piece = profile[start : end + 2]
-        envelope = _concave_envelope(piece)
-        if np.ptp(envelope[:, 1]) > 0.0:
-            bulge = np.interp(piece[:, 1], envelope[:, 1], envelope[:, 0]) - piece[:, 0]
-            inner = piece[:, 1] > piece[0, 1]  # a flat step shares one height: its own points do not bulge
-            inner &= piece[:, 1] < piece[-1, 1]
-            if bulge[inner].max(initial=0.0) > _SLICE_TOLERANCE_M:
-                break
+    while end + 1 < len(profile) and _bulge(profile[start : end + 2]) <= _SLICE_TOLERANCE_M:
         end += 1
     return end
+
+
+def _bulge(piece: FloatArray) -> float:
+    """Return how far the convex hull of a slice reaches beyond its profile."""
+    envelope = _concave_envelope(piece)
+    bottom, top = piece[0, 1], piece[-1, 1]
+    if top - bottom <= 0.0:
+        return 0.0
+    inner = piece[(piece[:, 1] > bottom) & (piece[:, 1] < top)]
+    beyond = np.interp(inner[:, 1], envelope[:, 1], envelope[:, 0]) - inner[:, 0]
+    # Where a ledge leads outwards at the top, the hull fills the corner under it.
+    rim = piece[piece[:, 1] == top, 0]
+    return max(float(beyond.max(initial=0.0)), float(rim.max() - rim[0]))
 
 
 def _past_ledge(profile: FloatArray, start: int) -> int:

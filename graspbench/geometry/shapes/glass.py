@@ -54,8 +54,11 @@ class Glass:
         profile = rounded_polyline(corners, radii, _STEP_M)
         mesh = surface_of_revolution(profile)
         rings = np.asarray(mesh.vertices)[2:].reshape(-1, SEGMENTS, 3)
-        base = rings[profile[1:-1, 1] <= self.bottom_m + 1e-9]
-        wall = rings[profile[1:-1, 1] >= self.bottom_m + 1e-9]
+        heights = profile[1:-1, 1]
+        top = int(np.argmax(heights))
+        seam = int(np.flatnonzero(heights[:top] <= self.bottom_m)[-1])  # the wall starts where the base ends
+        base = rings[heights <= self.bottom_m + 1e-9]
+        wall = np.concatenate([rings[seam:top], rings[top:][heights[top:] > self.bottom_m + 1e-9]])
         width = SEGMENTS // _SECTORS
         around = np.arange(SEGMENTS + 1) % SEGMENTS
         sectors = (wall[:, around[k * width : (k + 1) * width + 1]] for k in range(_SECTORS))
