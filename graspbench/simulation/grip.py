@@ -7,6 +7,9 @@ from graspbench.arrays import FloatArray
 
 _EDGES = 12
 _BALANCE = 0.02
+# Least normal force of a contact as shares of the mean, in the order of preference: a finger that hardly
+# presses is soon lost.
+_FLOORS = (0.4, 0.2, 0.1, 0.0)
 
 
 def grip_forces(
@@ -27,13 +30,16 @@ def grip_forces(
         Forces on the object, shape (n, 3), and the share of friction they use, 0 to 1; the share is
         infinite when the full cones allow no balance, and the forces are then the closest to it.
     """
-    forces, balance = _balanced(points, normals, friction, mean_normal_n)
-    if balance > _BALANCE:
+    for floor in _FLOORS:
+        forces, balance = _balanced(points, normals, friction, mean_normal_n, floor)
+        if balance <= _BALANCE:
+            break
+    else:
         return forces, np.inf
     low, high = 0.0, 1.0
     for _ in range(7):
         middle = 0.5 * (low + high)
-        trial, balance = _balanced(points, normals, middle * friction, mean_normal_n)
+        trial, balance = _balanced(points, normals, middle * friction, mean_normal_n, floor)
         if balance <= _BALANCE:
             high, forces = middle, trial
         else:
@@ -42,7 +48,7 @@ def grip_forces(
 
 
 def _balanced(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float
+    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float, floor: float
 ) -> tuple[FloatArray, float]:
     """Minimise the resulting wrench of cone forces; return them and the wrench per total force."""
     n = len(points)
@@ -58,6 +64,11 @@ def _balanced(
     wanted = np.zeros(len(system))
     wanted[6] = 1.0
     weights, _ = nnls(system, wanted)
+    held: list[int] = []
+    while weak := [i for i in range(n) if i not in held and shares[i] @ weights < floor / n - 1e-9]:
+        held += weak  # contacts below the floor are put on it
+        rows = np.vstack((system, shares[held]))
+        weights, _ = nnls(rows, np.concatenate((wanted, np.full(len(held), floor / n))))
     total = float(along @ weights)
     imbalance = float(np.linalg.norm(wrenches @ weights)) / max(total, 1e-9)
     forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)])
