@@ -6,11 +6,11 @@ A pixel belongs to the silhouette when the line of sight through its centre meet
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.perception.camera import Camera, Intrinsics
 from graspbench.perception.silhouette import Silhouette, silhouette_of_mask
+from graspbench.reconstruction.compilation import compiled
 
 
 def rasterise(vertices: FloatArray, faces: IntArray, camera: Camera) -> BoolArray:
@@ -47,7 +47,7 @@ def exact_silhouettes(
     )
 
 
-@njit(cache=True)  # type: ignore[misc]
+@compiled
 def _fill(uv: FloatArray, faces: IntArray, mask: BoolArray) -> None:
     """Set every pixel whose centre lies in a projected triangle."""
     height, width = mask.shape

@@ -8,24 +8,23 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.errors import ReconstructionError
 from graspbench.perception.triangulation import triangulate_centre
-from graspbench.reconstruction.dynamics import State, advance, initial_state, law_of, settle
+from graspbench.reconstruction.carving import interior_point
+from graspbench.reconstruction.dynamics import Law, State, advance, energy, initial_state, law_of, settle
 from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.parameters import SurfaceParameters
 from graspbench.reconstruction.preshape import preshape
+from graspbench.reconstruction.refinement import refine
 from graspbench.reconstruction.sampling import network_of, sample_ellipsoid
-from graspbench.reconstruction.solid import enclosed_solid, vertex_normals
-from graspbench.reconstruction.surface import Surface
+from graspbench.reconstruction.snapshot import snapshot
+from graspbench.reconstruction.surface import Progress, Surface
 from graspbench.reconstruction.visual_hull import VisualHull
 
 if TYPE_CHECKING:
     from graspbench.perception.silhouette import Silhouette
 
 
-def reconstruct(
-    silhouettes: "Sequence[Silhouette]",
-    parameters: SurfaceParameters,
-    *,
-    centre: FloatArray | None = None,
+def reconstruct_elastic(
+    silhouettes: "Sequence[Silhouette]", parameters: SurfaceParameters, centre: FloatArray | None = None
 ) -> Iterator[Surface]:
     """Shrink an elastic surface onto the visual hull, yielding it as it moves.
 
@@ -34,7 +33,8 @@ def reconstruct(
     Args:
         silhouettes: Of one object, with ideal pinhole cameras.
         parameters: See `SurfaceParameters`.
-        centre: Estimated centroid that the nodes are pulled to, shape (3,); triangulated if absent.
+        centre: Estimated centroid that the nodes are pulled to, shape (3,); triangulated if absent. If
+            it is not well inside the visual hull, the hull's deepest point takes its place.
 
     Yields:
         The wrapping ellipsoid, then the surface every ``snapshot_every`` steps; the last one rests.
@@ -47,40 +47,68 @@ def reconstruct(
     if centre is None:
         centre = triangulate_centre(silhouettes)
     network = network_of(parameters)
-    ellipsoid = preshape(silhouettes, centre, parameters)
-    state = initial_state(sample_ellipsoid(ellipsoid, network, parameters.pole_thinning), len(silhouettes))
-    law = law_of(parameters)
-    yield snapshot(state.points, network, 0, at_rest=False, parameters=parameters)
-    done = 0
-    while done < parameters.max_iterations:
-        steps = min(parameters.snapshot_every, parameters.max_iterations - done)
-        done += advance(state, law, hull.fields, network.link_start, network.link_nodes, centre, steps)
-        if state.quiet[0] >= parameters.rest_count:
-            if parameters.settle:
-                settle(state, hull.fields)
-            yield snapshot(state.points, network, done, at_rest=True, parameters=parameters)
-            return
-        yield snapshot(state.points, network, done, at_rest=False, parameters=parameters)
-    raise _restless(state, parameters)
+    ellipsoid = preshape(silhouettes, centre, parameters, hull=hull)
+    start = sample_ellipsoid(ellipsoid, network, parameters.pole_thinning)
+    target = interior_point(hull, ellipsoid, centre)
+    yield from _shrink(hull, start, network, target, parameters)
 
 
-def snapshot(
-    points: FloatArray,
+def _shrink(
+    hull: VisualHull,
+    start: FloatArray,
     network: SurfaceNetwork,
-    iteration: int,
-    *,
-    at_rest: bool,
+    target: FloatArray,
     parameters: SurfaceParameters,
-) -> Surface:
-    """Return the surface that a planner reads."""
-    if not np.isfinite(points).all():
-        raise ReconstructionError(
-            f"the surface diverged after {iteration} steps",
-            remedy="take a smaller time step, softer springs or the velocity_reset dynamics",
+) -> Iterator[Surface]:
+    """Let the surface move until it rests, then refine it if its pull is to follow the normals."""
+    state, law = initial_state(start, len(hull.silhouettes)), law_of(parameters)
+    moving = parameters.pull == "normal"
+    smoothing = parameters.normal_smoothing
+    yield snapshot(start, network, smoothing=smoothing, progress=_progress(state, law, network))
+    done = 0
+    while state.quiet[0] < parameters.rest_count:
+        if done >= parameters.max_iterations:
+            raise _restless(state, parameters)
+        steps = min(parameters.snapshot_every, parameters.max_iterations - done)
+        done += advance(state, law, hull.fields, network.link_start, network.link_nodes, target, steps)
+        resting = bool(state.quiet[0] >= parameters.rest_count)
+        if resting and parameters.settle:
+            settle(state, hull.fields)
+        yield snapshot(
+            state.points,
+            network,
+            smoothing=smoothing,
+            iteration=done,
+            at_rest=resting and not moving,
+            progress=_progress(state, law, network),
         )
-    _, centroid = enclosed_solid(points, network)
-    normals = vertex_normals(points, network, smoothing=parameters.normal_smoothing)
-    return Surface(points.copy(), normals, centroid, network, iteration, at_rest)
+    if not moving:
+        return
+    surface = None
+    for points in refine(hull, state.points, network, parameters.refinement_steps):
+        if surface is not None:
+            yield surface
+        done += 1
+        surface = snapshot(
+            points, network, smoothing=smoothing, iteration=done, progress=_progress(state, law, network)
+        )
+    yield snapshot(
+        points,
+        network,
+        smoothing=smoothing,
+        iteration=done,
+        at_rest=True,
+        progress=_progress(state, law, network),
+    )
+
+
+def _progress(state: State, law: Law, network: SurfaceNetwork) -> Progress:
+    return Progress(
+        float(energy(state, law, network.link_start, network.link_nodes)),
+        int(state.crossings.sum()),
+        int(np.count_nonzero(state.crossings)),
+        float(state.largest_step[0]),
+    )
 
 
 def _restless(state: State, parameters: SurfaceParameters) -> ReconstructionError:

@@ -25,7 +25,7 @@ class SurfaceParameters:
     pole_thinning: Annotated[
         float,
         Field(ge=0, le=1, description="Parallels' spacing: 0 even angles, 1 even areas (thin at the poles)"),
-    ] = 0.3
+    ] = 0.5
     ground: Annotated[bool, Field(description="Cut the visual hull and the preshape at the plane z = 0")] = (
         True
     )
@@ -61,11 +61,17 @@ class SurfaceParameters:
     max_iterations: Annotated[int, Field(ge=1, description="Steps after which the surface is given up")] = (
         5000
     )
+    refinement_steps: Annotated[
+        int, Field(ge=1, le=1000, description="Most steps that pull=normal takes after the surface rests")
+    ] = 80
     settle: Annotated[
         bool, Field(description="At rest, put each node on the border where it last crossed it")
     ] = True
     smoothing_px: Annotated[
-        float, Field(ge=0, le=5, description="Gaussian filter of the silhouettes' distance fields")
+        float,
+        Field(
+            ge=0, le=5, description="Gaussian filter of the distance fields; halved where coverage is known"
+        ),
     ] = 0.8
     normal_smoothing: Annotated[
         int, Field(ge=0, le=20, description="Averaging passes over the vertex normals' contours")

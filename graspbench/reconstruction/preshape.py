@@ -1,7 +1,6 @@
 """The preshape: a first ellipsoid around the object, from the silhouettes' boxes (thesis 3.2.3)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,10 @@ from scipy.spatial import HalfspaceIntersection, QhullError
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ReconstructionError, StationError
+from graspbench.reconstruction.carving import coarse_border
+from graspbench.reconstruction.ellipsoid import Ellipsoid, moment_ellipsoid, wrap
 from graspbench.reconstruction.parameters import SurfaceParameters
+from graspbench.reconstruction.visual_hull import VisualHull
 
 if TYPE_CHECKING:
     from graspbench.perception.silhouette import Silhouette
@@ -19,49 +21,38 @@ SIDES = 4
 """Planes a silhouette contributes: one for each side of its box."""
 
 
-@dataclass(frozen=True, eq=False)
-class Ellipsoid:
-    """An ellipsoid in the world.
-
-    Attributes:
-        centre: Shape (3,).
-        axes: Unit axes as columns, right-handed, shape (3, 3).
-        semi_axes: Lengths of the semi-axes, descending, shape (3,).
-    """
-
-    centre: FloatArray
-    axes: FloatArray
-    semi_axes: FloatArray
-
-    def level(self, points: FloatArray) -> FloatArray:
-        """Return the factor by which the ellipsoid must grow to reach each point, shape (n,)."""
-        levels: FloatArray = np.linalg.norm((points - self.centre) @ self.axes / self.semi_axes, axis=1)
-        return levels
-
-    @property
-    def volume_m3(self) -> float:
-        """Enclosed volume."""
-        return float(4.0 / 3.0 * np.pi * np.prod(self.semi_axes))
-
-
 def preshape(
-    silhouettes: "Sequence[Silhouette]", centre: FloatArray, parameters: SurfaceParameters
+    silhouettes: "Sequence[Silhouette]",
+    centre: FloatArray,
+    parameters: SurfaceParameters,
+    *,
+    hull: VisualHull | None = None,
 ) -> Ellipsoid:
-    """Return the ellipsoid that wraps the polyhedron of the silhouettes' boxes.
+    """Return the ellipsoid that wraps the polyhedron of the silhouettes' boxes, or the visual hull.
 
-    Its axes and their ratios are those of the vertices' pseudo-inertia tensor.
+    Its axes and their ratios are those of the polyhedron's pseudo-inertia tensor. Around the hull, the
+    tensor of the hull's own border points is tried as well, and the smaller ellipsoid taken.
 
     Args:
         silhouettes: With ideal pinhole cameras.
         centre: Guess of the object's centre, shape (3,); only conditions the numbers.
-        parameters: `ground` and `margin` are read.
+        parameters: `ground`, `wrap` and `margin` are read.
+        hull: The visual hull, if it is there already.
 
     Raises:
         StationError: The stations do not enclose the object.
-        ReconstructionError: The boxes have no point in common.
+        ReconstructionError: The boxes, or the silhouettes, have no point in common.
     """
     vertices = polyhedron_vertices(silhouettes, centre, ground=parameters.ground)
-    return wrap(moment_ellipsoid(vertices), vertices, parameters.margin)
+    family = moment_ellipsoid(vertices)
+    around = wrap(family, vertices, parameters.margin)
+    if parameters.wrap == "polyhedron":
+        return around
+    if hull is None:
+        hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
+    border = coarse_border(hull, around)
+    own = wrap(moment_ellipsoid(border), border, parameters.margin)
+    return min(wrap(family, border, parameters.margin), own, key=lambda e: e.volume_m3)
 
 
 def half_spaces(silhouettes: "Sequence[Silhouette]", ground: bool) -> tuple[FloatArray, FloatArray]:
@@ -145,46 +136,6 @@ def polyhedron_vertices(
     return _unique(corners, 1e-9) * unit + centre
 
 
-def moment_ellipsoid(points: FloatArray) -> Ellipsoid:
-    """Return the ellipsoid of the points' pseudo-inertia tensor (thesis 3.2.3), one standard deviation.
-
-    The first two axes point to where the points' third moment along them is positive, so that the
-    frame turns with the points; the third makes it right-handed.
-
-    Args:
-        points: Not all in one plane, shape (n, 3).
-
-    Raises:
-        ReconstructionError: The points lie in a plane.
-    """
-    mean = points.mean(axis=0)
-    about = points - mean
-    values, vectors = np.linalg.eigh(about.T @ about / len(points))
-    if values[0] <= 1e-10 * values[2]:
-        raise ReconstructionError(
-            "the space that the silhouettes leave has no volume",
-            remedy="check the camera calibration and the silhouettes",
-        )
-    axes = vectors[:, ::-1].copy()
-    for k in range(2):
-        skewness = np.mean((about @ axes[:, k]) ** 3) / values[2 - k] ** 1.5
-        lead = axes[np.abs(axes[:, k]).argmax(), k]
-        if (skewness if abs(skewness) > 1e-6 else lead) < 0:
-            axes[:, k] *= -1.0
-    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    return Ellipsoid(mean, axes, np.sqrt(values[::-1]))
-
-
-def wrap(ellipsoid: Ellipsoid, points: FloatArray, margin: float) -> Ellipsoid:
-    """Scale an ellipsoid so that it just wraps the points, times a margin."""
-    return scaled(ellipsoid, float(ellipsoid.level(points).max()) * margin)
-
-
-def scaled(ellipsoid: Ellipsoid, factor: float) -> Ellipsoid:
-    """Return the ellipsoid with its semi-axes multiplied by ``factor``."""
-    return Ellipsoid(ellipsoid.centre, ellipsoid.axes, ellipsoid.semi_axes * factor)
-
-
 def _chebyshev_centre(normals: FloatArray, offsets: FloatArray, names: list[str]) -> FloatArray:
     """Return the centre of the largest ball in A x <= d: one linear programme."""
     count = len(normals)
@@ -197,7 +148,7 @@ def _chebyshev_centre(normals: FloatArray, offsets: FloatArray, names: list[str]
     )
     if programme.status == 3:
         raise _not_enclosed(names, "the space they leave is unbounded")
-    if programme.status != 0:
+    if programme.status != 0 or programme.x is None:
         raise ReconstructionError(
             f"the preshape's linear programme failed ({programme.message})", stations=names
         )
@@ -206,7 +157,7 @@ def _chebyshev_centre(normals: FloatArray, offsets: FloatArray, names: list[str]
         binding = np.flatnonzero(np.asarray(programme.ineqlin.marginals) < -1e-9)
         culprits = list(dict.fromkeys(names[k // SIDES] for k in binding if k < SIDES * len(names)))
         raise ReconstructionError(
-            f"no point lies in the boxes of all silhouettes, those of {', '.join(culprits)} exclude each other",
+            f"the boxes of stations {', '.join(culprits)} have no point in common",
             remedy="check the camera calibration and that the object did not move",
             stations=culprits,
         )

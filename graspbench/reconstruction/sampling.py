@@ -3,9 +3,9 @@
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.reconstruction.ellipsoid import Ellipsoid
 from graspbench.reconstruction.network import SurfaceNetwork, build_network
 from graspbench.reconstruction.parameters import SurfaceParameters
-from graspbench.reconstruction.preshape import Ellipsoid
 
 
 def network_of(parameters: SurfaceParameters) -> SurfaceNetwork:

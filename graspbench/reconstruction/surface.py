@@ -7,6 +7,23 @@ from graspbench.reconstruction.network import SurfaceNetwork
 
 
 @dataclass(frozen=True)
+class Progress:
+    """How far the motion of a surface has come.
+
+    Attributes:
+        energy_j: Kinetic energy of the nodes and elastic energy of the links.
+        crossings: How often nodes crossed the visual hull's border so far, all nodes together.
+        crossed_nodes: How many nodes crossed it at least once.
+        largest_step_m: Largest motion of a node in the last step.
+    """
+
+    energy_j: float
+    crossings: int
+    crossed_nodes: int
+    largest_step_m: float
+
+
+@dataclass(frozen=True)
 class Surface:
     """A snapshot of the reconstruction surface.
 
@@ -17,6 +34,7 @@ class Surface:
         network: How the nodes are linked; the same object for all snapshots of a reconstruction.
         iteration: Number of integration steps done.
         at_rest: Whether the surface has come to rest.
+        progress: Counters of its motion; None from a reconstruction that does not move.
     """
 
     points: FloatArray
@@ -25,3 +43,4 @@ class Surface:
     network: SurfaceNetwork
     iteration: int
     at_rest: bool
+    progress: Progress | None = None

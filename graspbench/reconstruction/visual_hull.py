@@ -5,10 +5,11 @@ that the hull's border is known to a fraction of a pixel.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ImageError, StationError
@@ -18,6 +19,8 @@ from graspbench.reconstruction.compilation import compiled
 if TYPE_CHECKING:
     from graspbench.perception.silhouette import Silhouette
 
+FloatImage: TypeAlias = npt.NDArray[np.float32]
+
 PAD = 4
 """Background pixels kept around a silhouette's box."""
 
@@ -25,6 +28,8 @@ SMOOTHING_PX = 0.8
 """Width of the Gaussian that takes the pixels' staircase out of the distance field."""
 
 BEHIND_CAMERA_M = 1e3
+
+GRADIENT_STEP_M = 0.2e-3
 
 
 class HullFields(NamedTuple):
@@ -54,7 +59,8 @@ class VisualHull:
     Args:
         silhouettes: At least one, with ideal (undistorted) pinhole cameras.
         ground: Whether the hull ends at the plane z = 0.
-        smoothing_px: Standard deviation of the Gaussian filter of the distance fields; 0 for none.
+        smoothing_px: Standard deviation of the Gaussian filter of the distance fields, half as much
+            where the silhouette knows the pixels' coverage; 0 for none.
 
     Raises:
         StationError: There is no silhouette.
@@ -92,6 +98,13 @@ class VisualHull:
         inside: BoolArray = self.signed_distance(points) <= 0.0
         return inside
 
+    def gradient(self, points: FloatArray) -> FloatArray:
+        """Return unit vectors along which the signed distance grows fastest, shape (n, 3)."""
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        directions = np.empty_like(points)
+        _gradients(self.fields, points, directions)
+        return directions
+
 
 def _build_fields(silhouettes: "tuple[Silhouette, ...]", ground: bool, smoothing_px: float) -> HullFields:
     projections, scales, sizes, fields = [], [], [], []
@@ -118,11 +131,11 @@ def _distance_field(silhouette: "Silhouette", smoothing_px: float) -> tuple[Floa
     """Return the signed distance field of a silhouette and the row and column of its first sample."""
     u_min, v_min, u_max, v_max = silhouette.box
     row, column = int(np.floor(v_min)) - PAD, int(np.floor(u_min)) - PAD
-    height, width = int(np.ceil(v_max)) + PAD - row, int(np.ceil(u_max)) + PAD - column
-    r0, c0 = max(row, 0), max(column, 0)
-    part = silhouette.mask[r0 : row + height, c0 : column + width]
-    mask = np.zeros((height, width), dtype=np.uint8)
-    mask[r0 - row : r0 - row + part.shape[0], c0 - column : c0 - column + part.shape[1]] = part
+    shape = (int(np.ceil(v_max)) + PAD - row, int(np.ceil(u_max)) + PAD - column)
+    coverage = np.zeros(shape, dtype=np.float32)
+    top, _, left, _ = silhouette.window
+    _paste(silhouette.coverage, top - row, left - column, coverage)
+    mask = (coverage >= 0.5).view(np.uint8)
     if not mask.any():
         raise ImageError(
             f"the silhouette of station {silhouette.station} is empty",
@@ -134,9 +147,21 @@ def _distance_field(silhouette: "Silhouette", smoothing_px: float) -> tuple[Floa
     values -= cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_5)
     values += mask
     values -= 0.5
+    shared = (coverage > 0.02) & (coverage < 0.98)
+    values[shared] = 0.5 - coverage[shared]
+    if np.count_nonzero(shared) > 0.5 * (shape[0] + shape[1]):
+        # The pixels' shares already tell where the border runs: only their noise is left to filter.
+        smoothing_px *= 0.5
     if smoothing_px > 0:
         values = cv2.GaussianBlur(values, (0, 0), smoothing_px, borderType=cv2.BORDER_REPLICATE)
     return values, row, column
+
+
+def _paste(source: FloatImage, row: int, column: int, target: FloatImage) -> None:
+    """Copy an image into another one, at a place where it may stick out."""
+    r0, c0 = max(row, 0), max(column, 0)
+    r1, c1 = min(row + source.shape[0], target.shape[0]), min(column + source.shape[1], target.shape[1])
+    target[r0:r1, c0:c1] = source[r0 - row : r1 - row, c0 - column : c1 - column]
 
 
 def _projection(camera: Camera, u_origin: float, v_origin: float) -> FloatArray:
@@ -179,7 +204,8 @@ def view_distance(fields: HullFields, view: int, x: float, y: float, z: float) -
     ) * t
     if u_near != u or v_near != v:
         pixels += np.sqrt((u - u_near) ** 2 + (v - v_near) ** 2)
-    return pixels * depth * fields.metres_per_pixel[view]
+    metres: float = pixels * depth * fields.metres_per_pixel[view]
+    return metres
 
 
 @compiled
@@ -200,6 +226,27 @@ def critical_view(fields: HullFields, x: float, y: float, z: float) -> tuple[int
         if distance > largest:
             critical, largest = view, distance
     return critical, largest
+
+
+@compiled
+def view_gradient(fields: HullFields, view: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return the unit gradient of the signed distance to one silhouette's cone."""
+    h = GRADIENT_STEP_M
+    gx = view_distance(fields, view, x + h, y, z) - view_distance(fields, view, x - h, y, z)
+    gy = view_distance(fields, view, x, y + h, z) - view_distance(fields, view, x, y - h, z)
+    gz = view_distance(fields, view, x, y, z + h) - view_distance(fields, view, x, y, z - h)
+    length = np.sqrt(gx * gx + gy * gy + gz * gz)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return gx / length, gy / length, gz / length
+
+
+@compiled
+def _gradients(fields: HullFields, points: FloatArray, directions: FloatArray) -> None:
+    for a in range(len(points)):
+        x, y, z = points[a, 0], points[a, 1], points[a, 2]
+        view, _ = critical_view(fields, x, y, z)
+        directions[a, 0], directions[a, 1], directions[a, 2] = view_gradient(fields, view, x, y, z)
 
 
 @compiled
