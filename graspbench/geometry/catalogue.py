@@ -88,6 +88,9 @@ class CatalogueEntry:
     shape: Annotated[dict[str, Any], Field(description="kind and parameters of the shape")]
     licence: Annotated[str, Field(description="Licence of the shape")]
     source: Annotated[str, Field(description="Where the shape comes from")]
+    up: Annotated[Axis, Field(description="The shape's axis that points up when the object lies at rest")] = (
+        "z"
+    )
     density_kg_m3: Annotated[float, Field(gt=0, description="Density, kg/m^3")] = 250.0
     friction: Annotated[float, Field(ge=0, description="Coulomb friction coefficient")] = 0.5
     rgba: Annotated[Colour, Field(description="Red, green, blue and opacity, each 0 to 1")] = (
@@ -148,7 +151,7 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
         MeshError: A mesh cannot be used; the sentence says why.
     """
     entry, name, body = _find(parameters)
-    turn = rotation_to_z(parameters.up)
+    turn = rotation_to_z(parameters.up) @ rotation_to_z(entry.up)
     vertices, faces, report = inspect(
         np.asarray(body.mesh.vertices) @ turn.T, np.asarray(body.mesh.faces), name, trusted=True
     )
