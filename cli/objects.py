@@ -1,8 +1,5 @@
 """``graspbench objects``: the catalogue, and whether a mesh can be used."""
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
 from graspbench.cli.arguments import Json

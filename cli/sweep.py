@@ -17,7 +17,9 @@ def sweep(
         int, typer.Option(min=0, help="Trials at a time; 0 runs them in this process, for debugging.")
     ] = 1,
     resume: Annotated[bool, typer.Option(help="Skip trials that have a result.")] = True,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run trials again that failed.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Run trials again that failed.")
+    ] = False,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first failure.")] = False,
     timeout: Annotated[
         float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)

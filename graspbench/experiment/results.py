@@ -37,9 +37,7 @@ def global_result(found: GlobalResult) -> dict[str, Any]:
 
 def ratios(local: Mapping[str, Any], best: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     """Return local over global for each measure that was searched."""
-    return {
-        measure: local[measure] / found["value"] for measure, found in best.items() if found["value"] > 0
-    }
+    return {measure: local[measure] / found["value"] for measure, found in best.items() if found["value"] > 0}
 
 
 def reconstruction_result(

@@ -132,9 +132,7 @@ def load_results(folders: list[Path]) -> list[dict[str, Any]]:
     for folder in folders:
         if not folder.is_dir():
             raise LogError(f"there is no results folder {folder}", remedy="give one that 'sweep' wrote")
-        found = sorted(
-            path for path in folder.rglob(RESULT_FILE) if not path.parent.name.startswith(".")
-        )
+        found = sorted(path for path in folder.rglob(RESULT_FILE) if not path.parent.name.startswith("."))
         if not found:
             raise LogError(f"{folder} holds no finished trial", remedy="run 'graspbench sweep' first")
         for path in found:

@@ -133,9 +133,7 @@ def _run_one(tree: Tree, root: Path) -> dict[str, Any]:
         return _store_failure(config, store, "failed", str(error))
     except Exception as error:
         details = "".join(traceback.format_exception(error))
-        return _store_failure(
-            config, store, "failed", f"unexpected {type(error).__name__}: {error}", details
-        )
+        return _store_failure(config, store, "failed", f"unexpected {type(error).__name__}: {error}", details)
 
 
 def _store_failure(

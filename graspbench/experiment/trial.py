@@ -1,10 +1,12 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from graspbench.errors import HandError, PlanningError
+import numpy as np
+
+from graspbench.errors import HandError
 from graspbench.experiment.clock import StageClock
 from graspbench.experiment.config import TrialConfig
 from graspbench.experiment.results import (
@@ -15,7 +17,7 @@ from graspbench.experiment.results import (
     reconstruction_result,
     smallest_width,
 )
-from graspbench.geometry import load_object
+from graspbench.geometry import ObjectModel, load_object
 from graspbench.hand import GraspChecker, HandModel, load_hand
 from graspbench.perception import silhouettes as find_silhouettes
 from graspbench.planning import (
@@ -66,6 +68,7 @@ def run_trial(
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
     with clock.stage("object"):
         model = load_object(config.object)
+        _check_size(model, checker)
     with clock.stage("scene"):
         world = World(model, config.scene, config.seed)
     with world:
@@ -76,7 +79,7 @@ def run_trial(
 
         surfaces: list[Surface] = []
         snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
-        plan = _plan_local(config, index, checker, snapshots, surfaces, clock)
+        plan = _plan_local(config, index, checker, snapshots, clock)
         final = surfaces[-1]
         globals_ = _plan_global(config, checker, final, clock)
 
@@ -123,28 +126,28 @@ def run_trial(
     return {**result, "times_s": dict(clock.seconds)}
 
 
+def _check_size(model: ObjectModel, checker: GraspChecker) -> None:
+    """Refuse an object that no posture of the hand can span, before any image is taken."""
+    width = smallest_width(np.asarray(model.mesh.vertices)) + 2 * checker.hand.tip_radius_m
+    if width > checker.pair_limit_m:
+        raise HandError(
+            f"the object '{model.name}' with a fingertip on each side is {1e3 * width:.0f} mm wide where it is "
+            f"narrowest, and the hand '{checker.hand.name}' spans {1e3 * checker.pair_limit_m:.0f} mm",
+            remedy="take a larger hand or a smaller object.scale",
+            width_m=width,
+            span_m=checker.pair_limit_m,
+        )
+
+
 def _plan_local(
     config: TrialConfig,
     index: Index,
     checker: GraspChecker,
     snapshots: Iterable[Surface],
-    surfaces: Sequence[Surface],
     clock: StageClock,
 ) -> LocalPlan:
-    """Plan while the surface shrinks; a grasp that no such hand can span is the user's to mend."""
-    try:
-        plan = plan_local(
-            snapshots, index, checker, config.hand.fingers, config.planner, config.quality
-        )
-    except PlanningError as error:
-        width = smallest_width(surfaces[-1].points) if surfaces and surfaces[-1].at_rest else 0.0
-        if width + 2 * checker.hand.tip_radius_m > checker.pair_limit_m:
-            raise HandError(
-                f"the object is {1e3 * width:.0f} mm wide where it is narrowest, and the hand "
-                f"{checker.hand.name} spans {1e3 * checker.pair_limit_m:.0f} mm",
-                remedy="take a larger hand or a smaller object.scale",
-            ) from error
-        raise
+    """Plan while the surface shrinks."""
+    plan = plan_local(snapshots, index, checker, config.hand.fingers, config.planner, config.quality)
     clock.add("local_planning", plan.planning_time_s)
     return plan
 

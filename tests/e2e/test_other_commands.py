@@ -39,5 +39,16 @@ def test_completion_offers_groups_options_and_keys(typed, offered):
 def test_help_names_every_command(cli):
     finished = cli("--help")
     assert finished.code == 0
-    for command in ("run", "sweep", "report", "paper", "manipulate", "config", "objects", "hands", "log", "bench"):
+    for command in (
+        "run",
+        "sweep",
+        "report",
+        "paper",
+        "manipulate",
+        "config",
+        "objects",
+        "hands",
+        "log",
+        "bench",
+    ):
         assert command in finished.stdout

@@ -12,7 +12,9 @@ def swept(cli, tmp_path_factory):
 
 
 def test_dry_run_shows_the_grid_and_writes_nothing(cli, tmp_path):
-    finished = cli("sweep", "object=teddy,duck", "seed=range(0,3)", "--dry-run", "--json", "-o", tmp_path / "x")
+    finished = cli(
+        "sweep", "object=teddy,duck", "seed=range(0,3)", "--dry-run", "--json", "-o", tmp_path / "x"
+    )
     assert finished.code == 0
     assert len({row["trial"] for row in finished.document}) == 6
     assert not (tmp_path / "x").exists()

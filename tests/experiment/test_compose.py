@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graspbench.errors import ConfigurationError
-from graspbench.experiment import compose_tree, config_from_tree, expand_sweep, group_options, load_config
+from graspbench.experiment import config_from_tree, expand_sweep, group_options, load_config
 
 
 def test_defaults_compose_and_validate():
@@ -19,7 +19,9 @@ def test_every_option_of_every_group_composes():
             continue
         for option in options:
             extra = ["hand.fingers=3"] if group == "index" else []
-            assert load_config([f"{group}={option}", *extra]).tree[group]["name"] if group == "index" else True
+            assert (
+                load_config([f"{group}={option}", *extra]).tree[group]["name"] if group == "index" else True
+            )
 
 
 def test_value_overrides_reach_the_parameters():
