@@ -88,9 +88,10 @@ def compose_tree(overrides: Sequence[str] = (), config_dir: Path | None = None) 
             raise ConfigurationError(
                 f"'{text}' deletes a key, which no configuration needs", remedy="leave it out"
             )
-        if override.key_or_group in groups and isinstance(override.value(), str):
-            choices[override.key_or_group] = override.value()
-        elif override.key_or_group in groups and override.value() is None:
+        value = override.value()
+        if override.key_or_group in groups and isinstance(value, str):
+            choices[override.key_or_group] = value
+        elif override.key_or_group in groups and value is None:
             raise ConfigurationError(
                 f"'{text}' names no option",
                 remedy=f"choose one of {', '.join(groups[override.key_or_group])}",

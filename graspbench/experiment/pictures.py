@@ -1,27 +1,30 @@
 """The pictures of a trial."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from graspbench.perception import Silhouette, View
-from graspbench.planning import FingertipPath, LocalPlan
-from graspbench.reconstruction import Surface
+from graspbench.experiment.planned import PlannedTrial
+from graspbench.planning import FingertipPath
 from graspbench.report import draw_grasp, draw_surface_moments, draw_views, pick_moments
+from graspbench.report.hand_solids import hand_solids
 
 
-def draw_trial(
-    folder: Path,
-    title: str,
-    local: Mapping[str, Any],
-    views: Sequence[View],
-    silhouettes: Sequence[Silhouette],
-    surfaces: Sequence[Surface],
-    plan: LocalPlan,
-    paths: Sequence[FingertipPath],
-) -> None:
-    """Draw ``views.png``, ``surface.png`` and ``grasp.png`` (thesis figures 3.3, 3.10 and 3.11)."""
-    draw_views(views, silhouettes, folder / "views.png")
-    draw_surface_moments(pick_moments(surfaces), folder / "surface.png")
-    caption = "   ".join(f"{measure.upper()} {local[measure]:.3g}" for measure in ("q1", "q2", "q3"))
-    draw_grasp(surfaces[-1], plan.grasp, paths, folder / "grasp.png", title=title, caption=caption)
+def draw_trial(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[FingertipPath]) -> None:
+    """Draw the views, the surface's moments, the paths, and the hand (thesis figures 3.3, 3.10, 3.11).
+
+    Args:
+        folder: Where ``views.png``, ``surface.png``, ``grasp.png`` and ``hand.png`` go.
+        index: The index's name.
+        trial: The trial.
+        paths: Its fingertip paths.
+    """
+    draw_views(trial.views, trial.silhouettes, folder / "views.png")
+    draw_surface_moments(pick_moments(trial.surfaces), folder / "surface.png")
+    surface, grasp, quality = trial.surfaces[-1], trial.plan.grasp, trial.plan.quality
+    title = f"{trial.name}, {trial.hand.name} hand, {index}"
+    caption = f"Q1 {quality.q1:.3g}   Q2 {quality.q2:.3g}   Q3 {quality.q3:.3g}"
+    draw_grasp(surface, grasp, paths, folder / "grasp.png", title=title, caption=caption)
+    if grasp.posture is not None:
+        posture = grasp.posture
+        solids = hand_solids(trial.hand, posture.joints, posture.transform_palm_to_world)
+        draw_grasp(surface, grasp, (), folder / "hand.png", hand=solids, title=title, caption=caption)

@@ -1,19 +1,20 @@
 """From the stages' dataclasses to the plain values of ``result.json``."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from graspbench.arrays import FloatArray
-from graspbench.geometry import ObjectModel
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp
 from graspbench.planning import GlobalResult, LocalPlan
-from graspbench.reconstruction import Surface, VisualHull
 from graspbench.simulation.execution import ExecutionResult
+
+if TYPE_CHECKING:
+    from graspbench.experiment.planned import PlannedTrial
 
 
 def local_result(plan: LocalPlan) -> dict[str, Any]:
@@ -40,23 +41,28 @@ def ratios(local: Mapping[str, Any], best: Mapping[str, Mapping[str, Any]]) -> d
     return {measure: local[measure] / found["value"] for measure, found in best.items() if found["value"] > 0}
 
 
-def reconstruction_result(
-    surfaces: Sequence[Surface], hull: VisualHull, model: ObjectModel, object_pose: FloatArray
-) -> dict[str, Any]:
-    """Return how well the surface at rest meets the visual hull and the object itself."""
-    final = surfaces[-1]
-    to_hull = np.abs(hull.signed_distance(final.points))
-    in_object = (final.points - object_pose[:3, 3]) @ object_pose[:3, :3]
-    to_mesh = distances_to_mesh(in_object, model.mesh)
-    return {
+def object_result(trial: "PlannedTrial") -> dict[str, Any]:
+    """Return what the object is; its mass and size when it was simulated."""
+    if trial.scene is None:
+        return {"name": trial.name}
+    model = trial.scene.model
+    return {"name": model.name, "mass_kg": model.mass_kg, "extents_m": model.mesh.extents}
+
+
+def reconstruction_result(trial: "PlannedTrial") -> dict[str, Any]:
+    """Return how far the surface came, and its distance to the object itself when that is known."""
+    final = trial.surfaces[-1]
+    result: dict[str, Any] = {
         "nodes": len(final.points),
-        "snapshots": len(surfaces),
+        "snapshots": len(trial.surfaces),
         "iterations": final.iteration,
-        "hull_mean_mm": 1e3 * float(to_hull.mean()),
-        "hull_max_mm": 1e3 * float(to_hull.max()),
-        "mesh_mean_mm": 1e3 * float(to_mesh.mean()),
-        "mesh_max_mm": 1e3 * float(to_mesh.max()),
     }
+    if trial.scene is not None:
+        pose = trial.scene.transform_object_to_world
+        to_mesh = distances_to_mesh((final.points - pose[:3, 3]) @ pose[:3, :3], trial.scene.model.mesh)
+        result["mesh_mean_mm"] = 1e3 * float(to_mesh.mean())
+        result["mesh_max_mm"] = 1e3 * float(to_mesh.max())
+    return result
 
 
 def execution_result(execution: ExecutionResult) -> dict[str, Any]:

@@ -1,42 +1,26 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from graspbench.errors import HandError
 from graspbench.experiment.clock import StageClock
 from graspbench.experiment.config import TrialConfig
+from graspbench.experiment.planned import PlannedTrial, planned_trial
 from graspbench.experiment.results import (
     execution_result,
     global_result,
     local_result,
+    object_result,
     ratios,
     reconstruction_result,
-    smallest_width,
 )
-from graspbench.geometry import ObjectModel, load_object
-from graspbench.hand import GraspChecker, HandModel, load_hand
-from graspbench.perception import silhouettes as find_silhouettes
-from graspbench.planning import (
-    FingertipPath,
-    GlobalResult,
-    Index,
-    JointPath,
-    LocalPlan,
-    fingertip_paths,
-    make_index,
-    plan_global,
-    plan_local,
-    track,
-)
-from graspbench.reconstruction import Surface, VisualHull, reconstruct
+from graspbench.planning import FingertipPath, GlobalResult, JointPath, fingertip_paths, plan_global, track
 from graspbench.record import TrialLog
-from graspbench.simulation import World
-from graspbench.simulation.capture import capture
 from graspbench.simulation.execute import execute
+from graspbench.simulation.execution import ExecutionResult
 
 
 def run_trial(
@@ -50,7 +34,7 @@ def run_trial(
 
     Args:
         config: What to run.
-        log: Where to record it; None records nothing.
+        log: Where to record it, stage by stage; None records nothing.
         picture_dir: Where its pictures go; None draws none.
         on_stage: Called with each stage's name and seconds.
 
@@ -62,133 +46,123 @@ def run_trial(
         TrialError: The trial failed on its way; the message says where and why.
     """
     clock = StageClock(on_stage)
-    index = make_index(config.index_name, config.index, config.hand.fingers, config.quality)
-    with clock.stage("hand"):
-        hand = load_hand(config.hand)
-        checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
-    with clock.stage("object"):
-        model = load_object(config.object)
-        _check_size(model, checker)
-    with clock.stage("scene"):
-        world = World(model, config.scene, config.seed)
-    with world:
-        with clock.stage("images"):
-            views = capture(world, config.camera, config.stations, config.seed, config.silhouette)
-        with clock.stage("silhouettes"):
-            silhouettes = find_silhouettes(views, config.silhouette)
-
-        surfaces: list[Surface] = []
-        snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
-        plan = _plan_local(config, index, checker, snapshots, clock)
-        final = surfaces[-1]
-        globals_ = _plan_global(config, checker, final, clock)
-
-        with clock.stage("paths"):
-            paths, path = _paths(config, plan, hand)
-        object_pose = world.transform_object_to_world
-        execution = None
-        if config.execution.until != "off":
-            with clock.stage("execution"):
-                execution = execute(world, hand, plan.grasp, path, config.execution)
-
-    with clock.stage("figures of merit"):
-        hull = VisualHull(silhouettes, config.surface.ground)
-        local = local_result(plan)
-        best = {measure: global_result(found) for measure, found in globals_.items()}
-        result = {
-            "success": execution is None or execution.success,
-            "object": {"name": model.name, "mass_kg": model.mass_kg, "extents_m": model.mesh.extents},
-            "local": local,
-            "global": best,
-            "ratio": ratios(local, best),
-            "reconstruction": reconstruction_result(surfaces, hull, model, object_pose),
-            "execution": None if execution is None else execution_result(execution),
-        }
-    if log is not None:
+    record = log or TrialLog(Path(), "off")
+    with planned_trial(config, clock) as trial:
         with clock.stage("record"):
-            log.views(views, silhouettes)
-            log.object_pose(object_pose)
-            for surface in surfaces:
-                log.surface(surface)
-            for measure, found in globals_.items():
-                if found.grasp is not None:
-                    log.grasp(found.grasp, f"global-{measure}")
-            log.grasp(plan.grasp, "local")
-            log.paths(paths)
-            log.joints(hand.joint_names, path.times, path.joints, path.transform_palm_to_world)
-            log.scores(_scores(result))
+            _record_plan(record, trial)
+        best = _plan_global(config, trial, clock)
+        with clock.stage("paths"):
+            paths, motion = _plan_paths(config, trial)
+        with clock.stage("record"):
+            _record_paths(record, trial, best, paths, motion)
+        execution = _execute(config, trial, motion, clock)
+
+    with clock.stage("figures_of_merit"):
+        result = _result(trial, best, execution)
+    with clock.stage("record"):
+        if execution is not None:
+            record.motion(trial.hand.joint_names, execution.motion)
+        record.scores(_scores(result))
     if picture_dir is not None and config.record.pictures:
         with clock.stage("pictures"):
             from graspbench.experiment.pictures import draw_trial  # loads Matplotlib
 
-            title = f"{model.name}, {hand.name} hand, {config.index_name}"
-            draw_trial(picture_dir, title, local, views, silhouettes, surfaces, plan, paths)
+            draw_trial(picture_dir, config.index_name, trial, paths)
     return {**result, "times_s": dict(clock.seconds)}
 
 
-def _check_size(model: ObjectModel, checker: GraspChecker) -> None:
-    """Refuse an object that no posture of the hand can span, before any image is taken."""
-    width = smallest_width(np.asarray(model.mesh.vertices)) + 2 * checker.hand.tip_radius_m
-    if width > checker.pair_limit_m:
-        raise HandError(
-            f"the object '{model.name}' with a fingertip on each side is {1e3 * width:.0f} mm wide where it is "
-            f"narrowest, and the hand '{checker.hand.name}' spans {1e3 * checker.pair_limit_m:.0f} mm",
-            remedy="take a larger hand or a smaller object.scale",
-            width_m=width,
-            span_m=checker.pair_limit_m,
-        )
-
-
-def _plan_local(
-    config: TrialConfig,
-    index: Index,
-    checker: GraspChecker,
-    snapshots: Iterable[Surface],
-    clock: StageClock,
-) -> LocalPlan:
-    """Plan while the surface shrinks."""
-    plan = plan_local(snapshots, index, checker, config.hand.fingers, config.planner, config.quality)
-    clock.add("local_planning", plan.planning_time_s)
-    return plan
-
-
-def _paths(
-    config: TrialConfig, plan: LocalPlan, hand: HandModel
-) -> tuple[tuple[FingertipPath, ...], JointPath]:
-    """Plan the fingertips' way to their contacts and the hand's motion along it."""
-    planner, posture = config.planner, plan.grasp.posture
-    assert posture is not None, "a plan made with a checker has a posture"
-    paths = fingertip_paths(plan.history, planner.paths, planner.floating_distance_m, hand)
-    return paths, track(paths, hand, posture, planner.paths)
-
-
-def _plan_global(
-    config: TrialConfig, checker: GraspChecker, surface: Surface, clock: StageClock
-) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure."""
+def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, GlobalResult]:
+    """Search the finished surface for the best grasp by each measure, under the same constraints."""
     if not config.search.enabled:
         return {}
-    centred = getattr(config.index, "k_cm", 0.0) > 0
     found = {}
     for measure in config.search.measures:
         with clock.stage(f"global_{measure}"):
             found[measure] = plan_global(
-                surface,
+                trial.surfaces[-1],
                 measure,
                 config.hand.fingers,
                 config.quality,
                 config.search,
-                checker=checker,
-                centre_tolerance_m=0.01 if centred else None,
+                checker=trial.checker,
+                centre_tolerance_m=_centre_tolerance(config, trial),
             )
     return found
+
+
+def _centre_tolerance(config: TrialConfig, trial: PlannedTrial) -> float | None:
+    """Return how far the centre of grip may be from the centroid; None when the index does not ask.
+
+    The search gets at least the freedom that the local grasp took, or the two could not be compared.
+    """
+    if not getattr(config.index, "k_cm", 0.0) > 0:
+        return None
+    grasp = trial.plan.grasp
+    taken = float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid))
+    return max(config.search.centre_tolerance_m, 1.001 * taken)
+
+
+def _plan_paths(config: TrialConfig, trial: PlannedTrial) -> tuple[tuple[FingertipPath, ...], JointPath]:
+    """Plan the fingertips' way to their contacts and the hand's motion along it."""
+    planner, posture = config.planner, trial.plan.grasp.posture
+    assert posture is not None, "a plan made with a checker has a posture"
+    paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
+    return paths, track(paths, trial.hand, posture, planner.paths)
+
+
+def _execute(
+    config: TrialConfig, trial: PlannedTrial, motion: JointPath, clock: StageClock
+) -> ExecutionResult | None:
+    if trial.scene is None or config.execution.until == "off":
+        return None
+    with clock.stage("execution"):
+        return execute(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+
+
+def _result(
+    trial: PlannedTrial, best: Mapping[str, GlobalResult], execution: ExecutionResult | None
+) -> dict[str, Any]:
+    local = local_result(trial.plan)
+    optima = {measure: global_result(found) for measure, found in best.items()}
+    return {
+        "success": execution is None or execution.success,
+        "object": object_result(trial),
+        "local": local,
+        "global": optima,
+        "ratio": ratios(local, optima),
+        "reconstruction": reconstruction_result(trial),
+        "execution": None if execution is None else execution_result(execution),
+    }
+
+
+def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
+    log.views(trial.views, trial.silhouettes)
+    if trial.scene is not None:
+        log.object_pose(trial.scene.transform_object_to_world)
+    for surface in trial.surfaces:
+        log.surface(surface)
+    log.grasp(trial.plan.grasp, "local")
+
+
+def _record_paths(
+    log: TrialLog,
+    trial: PlannedTrial,
+    best: Mapping[str, GlobalResult],
+    paths: tuple[FingertipPath, ...],
+    motion: JointPath,
+) -> None:
+    for measure, found in best.items():
+        if found.grasp is not None:
+            log.grasp(found.grasp, f"global-{measure}")
+    log.paths(paths)
+    log.joints(trial.hand.joint_names, motion.times, motion.joints, motion.transform_palm_to_world)
 
 
 def _scores(result: Mapping[str, Any]) -> dict[str, Any]:
     scores: dict[str, Any] = {"success": result["success"]}
     for measure in ("q1", "q2", "q3"):
         scores[f"local.{measure}"] = result["local"][measure]
-        if measure in result["global"]:
-            scores[f"global.{measure}"] = result["global"][measure]["value"]
-            scores[f"ratio.{measure}"] = result["ratio"].get(measure)
+    for measure, found in result["global"].items():
+        scores[f"global.{measure}"] = found["value"]
+        scores[f"ratio.{measure}"] = result["ratio"].get(measure)
     return scores

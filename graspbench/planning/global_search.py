@@ -44,6 +44,10 @@ class SearchParameters:
     )
     time_limit_s: Annotated[float, Field(gt=0, description="Time limit per measure, s")] = 30.0
     gap: Annotated[float, Field(ge=0, lt=1, description="Relative gap at which the search may stop")] = 0.0
+    centre_tolerance_m: Annotated[
+        float,
+        Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
+    ] = 0.01
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,14 @@ from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import PlanningError
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
 from graspbench.grasp.configuration import Grasp
-from graspbench.grasp.quality import GraspQuality, QualityParameters, grasp_quality
+from graspbench.grasp.quality import GraspQuality, QualityParameters
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import FreeMoves, KinematicBarrier
 from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
+from graspbench.planning.merit import best_first, merit_of, quality_of
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.screen import screen
 from graspbench.planning.settling import Placer, Settler, Track, settle
@@ -254,19 +255,26 @@ class _Search:
             self._index, surface, starts, allowed, self._planner.shortlist, self._planner.max_moves
         )
         self.tried += len(starts) - len(optima)
-        merits = [self._assess(surface, optimum.vertices)[2] for optimum in optima]
         feasible = 0
-        for rank in np.argsort([-merit for merit in merits], kind="stable"):
+        for rank in self._ranked(surface, [optimum.vertices for optimum in optima]):
             if feasible == self._planner.candidates:
                 break
-            optimum = optima[int(rank)]
-            if merits[int(rank)] <= 0.0 and self._planner.select == "quality":
+            before = len(found)
+            self._try(surface, optima[rank].initial, list(optima[rank].path), found)
+            feasible += len(found) - before
+
+    def _ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[int]:
+        """Yield local optima from the best on; those that are not force closure are noted and left out."""
+        if self._planner.select != "quality":
+            scores = [self._index.score(surface, vertices) for vertices in optima]
+            yield from np.argsort([-score for score in scores], kind="stable").tolist()
+            return
+        for rank, merit in best_first(surface, optima, self._quality, self._torque_length(surface)):
+            if merit > 0.0:
+                yield rank
+            else:
                 self.tried += 1
                 self.rejected[NOT_CLOSED] += 1
-                continue
-            before = len(found)
-            self._try(surface, optimum.initial, list(optimum.path), found)
-            feasible += len(found) - before
 
     def _every_plane(self) -> Iterator[tuple[InitialGrasp, ...]]:
         """Yield the first grasps of every plane, those of the leading grasp's plane first."""
@@ -342,20 +350,15 @@ class _Search:
 
     def _assess(self, surface: Surface, vertices: IntArray) -> tuple[GraspQuality, float, float]:
         """Return a grasp's quality, the index's score, and by what the best grasp is selected."""
+        quality = quality_of(surface, vertices, self._quality, self._torque_length(surface))
+        score = self._index.score(surface, vertices)
+        return quality, score, merit_of(quality) if self._planner.select == "quality" else score
+
+    def _torque_length(self, surface: Surface) -> float:
         if surface is not self._measured:
             self._measured = surface
             self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
-        quality = _quality(
-            surface.points[vertices],
-            surface.normals[vertices],
-            surface.centroid,
-            self._quality,
-            self._length_m,
-        )
-        score = self._index.score(surface, vertices)
-        # The geometric mean does not depend on the units of the three measures.
-        by_quality = self._planner.select == "quality"
-        return quality, score, float(np.cbrt(quality.q1 * quality.q2 * quality.q3)) if by_quality else score
+        return self._length_m
 
     def _failure(self) -> PlanningError:
         reasons = ", ".join(f"{reason} ({count} times)" for reason, count in self.rejected.most_common(3))
@@ -376,19 +379,3 @@ def _grasp(surface: Surface, vertices: IntArray, posture: HandPosture | None) ->
         posture=posture,
     )
 
-
-def _quality(
-    points: FloatArray, normals: FloatArray, centroid: FloatArray, quality: QualityParameters, length_m: float
-) -> GraspQuality:
-    return grasp_quality(
-        points,
-        -normals,
-        centroid,
-        contact=quality.contact,
-        wrench_space=quality.wrench_space,
-        friction=quality.friction,
-        cone_edges=quality.cone_edges,
-        torque_length=length_m,
-        torsional_friction=quality.torsional_friction,
-        norm=quality.norm,
-    )

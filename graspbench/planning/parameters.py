@@ -71,10 +71,10 @@ class PlannerParameters:
     ] = 11
     shortlist: Annotated[
         int, Field(ge=1, description="Local optima that are looked at closely, best by the index")
-    ] = 16
+    ] = 66
     candidates: Annotated[
         int, Field(ge=1, description="Grasps among them, the hand included, to choose the best from")
-    ] = 3
+    ] = 8
     select: Annotated[
         Literal["first", "index", "quality"],
         Field(description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"),

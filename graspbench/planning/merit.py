@@ -1,0 +1,97 @@
+"""Which of many local optima is the best grasp, without the exact ball radius of each."""
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.grasp.quality import GraspQuality, QualityParameters, grasp_quality, singular_measures
+from graspbench.grasp.wrench import grasp_matrix, wrench_maps
+from graspbench.reconstruction.surface import Surface
+
+_DIRECTIONS = 1024
+
+
+def merit_of(quality: GraspQuality) -> float:
+    """Return the geometric mean of Q1, Q2 and Q3, which does not depend on their units."""
+    return float(np.cbrt(quality.q1 * quality.q2 * quality.q3))
+
+
+def quality_of(
+    surface: Surface, vertices: IntArray, quality: QualityParameters, torque_length_m: float
+) -> GraspQuality:
+    """Return Q1, Q2 and Q3 of a grasp on a surface, vertices of shape (n_f,)."""
+    return grasp_quality(
+        surface.points[vertices],
+        -surface.normals[vertices],
+        surface.centroid,
+        contact=quality.contact,
+        wrench_space=quality.wrench_space,
+        friction=quality.friction,
+        cone_edges=quality.cone_edges,
+        torque_length=torque_length_m,
+        torsional_friction=quality.torsional_friction,
+        norm=quality.norm,
+    )
+
+
+def best_first(
+    surface: Surface, grasps: Sequence[IntArray], quality: QualityParameters, torque_length_m: float
+) -> Iterator[tuple[int, float]]:
+    """Yield grasps in descending order of merit, each with its exact merit.
+
+    A grasp's exact Q3 is computed only when a bound of it, from a fixed set of directions, says that it
+    may come next.
+
+    Args:
+        surface: The surface at rest.
+        grasps: Vertices of each grasp, shape (n_f,) each.
+        quality: How quality is measured.
+        torque_length_m: Torques are divided by it.
+
+    Yields:
+        Index into ``grasps``, and the merit (0 when the grasp is not force closure).
+    """
+    if not grasps:
+        return
+    bounds = _merit_bounds(surface, np.stack(list(grasps)), quality, torque_length_m)
+    queue = [(-float(bound), k, False) for k, bound in enumerate(bounds)]
+    heapify(queue)
+    while queue:
+        value, k, exact = heappop(queue)
+        if exact or value == 0.0:
+            yield k, -value
+        else:
+            merit = merit_of(quality_of(surface, grasps[k], quality, torque_length_m))
+            heappush(queue, (-merit, k, True))
+
+
+def _merit_bounds(
+    surface: Surface, vertices: IntArray, quality: QualityParameters, torque_length_m: float
+) -> FloatArray:
+    """Return upper bounds of the merits, shape (n,): Q1 and Q2 are exact, Q3 a bound."""
+    maps = wrench_maps(
+        surface.points[vertices],
+        -surface.normals[vertices],
+        surface.centroid,
+        contact=quality.contact,
+        wrench_space=quality.wrench_space,
+        torque_length=torque_length_m,
+    )
+    q1, q2 = singular_measures(grasp_matrix(maps))
+    wrenches = quality.polytope().vertices @ np.swapaxes(maps, -1, -2)
+    # The ball's radius is the least support over all directions, so over any set it is bounded from above.
+    supports = (wrenches @ _directions(maps.shape[-2]).T).max(axis=-2)
+    of_grasp = supports.max(axis=1) if quality.norm == "l1" else np.maximum(supports, 0.0).sum(axis=1)
+    bounds: FloatArray = np.cbrt(q1 * q2 * np.maximum(of_grasp.min(axis=-1), 0.0))
+    return bounds
+
+
+@lru_cache(maxsize=8)
+def _directions(size: int) -> FloatArray:
+    """Return fixed unit directions of a wrench space, the axes among them, shape (n, size)."""
+    drawn = np.random.default_rng(0).standard_normal((_DIRECTIONS, size))
+    axes = np.concatenate((np.eye(size), -np.eye(size)))
+    return np.concatenate((axes, drawn / np.linalg.norm(drawn, axis=1, keepdims=True)))
