@@ -124,6 +124,7 @@ class ManipulationSystem:
         position: FloatArray,
         rotation: FloatArray,
         *,
+        coordinates: FloatArray | None = None,
         align: bool = True,
     ) -> tuple["ManipulationSystem", FloatArray]:
         """Return a system and the contact variables at which the hand holds an object of this pose.
@@ -132,6 +133,8 @@ class ManipulationSystem:
             joints: Joint positions, shape (n_q,).
             position: Object's origin in the base frame, shape (3,).
             rotation: Object's orientation, shape (3, 3).
+            coordinates: Where the tips touch, chart coordinates, shape (n_c, 2); by default at the point
+                nearest to each tip.
             align: Turn the finger frames to the contact frames, so that the Euler angles start at
                 0, far from their singularity; a finger frame may be any frame fixed to the tip.
 
@@ -145,9 +148,12 @@ class ManipulationSystem:
         variables = np.zeros((self.n_contacts, 5))
         rotations = self.tree.tip_rotations.copy()
         for i, contact in enumerate(self.contacts):
-            tip = rotation.T @ (probe.tip_positions[i] - position)
-            # The nearest point of the surface to the tip's centre is the contact.
-            xi = contact.chart.locate(tip, tolerance_m=contact.tip_radius_m + 5e-3)
+            if coordinates is None:
+                tip = rotation.T @ (probe.tip_positions[i] - position)
+                # The nearest point of the surface to the tip's centre is the contact.
+                xi = contact.chart.locate(tip, tolerance_m=contact.tip_radius_m + 5e-3)
+            else:
+                xi = coordinates[i]
             variables[i, :2] = xi
             relative = probe.tip_rotations[i].T @ rotation @ contact.chart(xi).frame
             if align:

@@ -133,9 +133,9 @@ def manipulate_object(
     tree = hand_tree(hand, fingers)
     to_palm = np.linalg.inv(posture.transform_palm_to_world) @ pose
     rough = ManipulationSystem(tree, contacts)
-    joints, charts = _touch(rough, posture.joints, charts, to_palm)
-    contacts = [replace(c, chart=chart) for c, chart in zip(contacts, charts, strict=True)]
-    system, variables = ManipulationSystem(tree, contacts).grasped(joints, to_palm[:3, 3], to_palm[:3, :3])
+    touching = _contact_coordinates(charts, grasp, pose)
+    joints = _touch(rough, posture.joints, touching, to_palm)
+    system, variables = rough.grasped(joints, to_palm[:3, 3], to_palm[:3, :3], coordinates=touching)
 
     trajectory = object_motion(motion, to_palm[:3, 3], to_palm[:3, :3])
     law = Clik(system, trajectory, clik, build_tasks(clik.tasks))
@@ -181,34 +181,43 @@ def _charts(
     ]
 
 
+def _contact_coordinates(charts: Sequence[Chart], grasp: Grasp, pose: FloatArray) -> FloatArray:
+    """Return where on its chart each contact of the grasp lies, shape (n_c, 2)."""
+    points = (grasp.points - pose[:3, 3]) @ pose[:3, :3]
+    return np.array([chart.locate(point) for chart, point in zip(charts, points, strict=True)])
+
+
 def _touch(
-    system: ManipulationSystem, joints: FloatArray, charts: Sequence[Chart], to_palm: FloatArray
-) -> tuple[FloatArray, list[Chart]]:
-    """Close the gap a planned posture leaves: bring each tip's centre exactly to radius from its chart."""
+    system: ManipulationSystem, joints: FloatArray, coordinates: FloatArray, to_palm: FloatArray
+) -> FloatArray:
+    """Close the gap a planned posture leaves: bring each tip's centre exactly to radius from its contact.
+
+    A posture was planned for the normals of a mesh; those of the smooth charts are a little different. The
+    contacts stay where they were planned: a tip's nearest point would jump where the surface bends
+    more than the tip.
+    """
     q = np.array(joints, dtype=np.float64)
     state = system.state(q, np.zeros((system.n_contacts, 5)))
-    rotation, position = to_palm[:3, :3], to_palm[:3, 3]
-    for _ in range(20):
-        gap = 0.0
-        change = np.zeros_like(q)
-        for i, chart in enumerate(charts):
-            radius = system.contacts[i].tip_radius_m
-            tip = rotation.T @ (state.tip_positions[i] - position)
-            at = chart(chart.locate(tip, tolerance_m=radius + 0.01))
-            miss = rotation @ (at.point + radius * at.frame[:, 2] - tip)
-            gap = max(gap, float(np.linalg.norm(miss)))
-            change += np.linalg.pinv(state.tip_jacobians[i, :3], rcond=1e-3) @ miss
-        if gap < 1e-12:
-            return q, list(charts)
+    targets = np.empty((system.n_contacts, 3))
+    for i, contact in enumerate(system.contacts):
+        at = contact.chart(coordinates[i])
+        targets[i] = to_palm[:3, :3] @ (at.point + contact.tip_radius_m * at.frame[:, 2]) + to_palm[:3, 3]
+    for _ in range(40):
+        misses = targets - state.tip_positions
+        if np.abs(misses).max() < 1e-12:
+            return q
+        stacked = state.tip_jacobians[:, :3].reshape(-1, system.n_joints)
+        change = np.linalg.pinv(stacked, rcond=1e-3) @ misses.ravel()
         q = np.clip(q + change, system.tree.lower, system.tree.upper)
         state.update(q, state.contact_variables)
+    gap = float(np.linalg.norm(targets - state.tip_positions, axis=1).max())
     if gap > 1e-7:
         raise ManipulationError(
             f"a fingertip stays {gap * 1e3:.3f} mm off the surface at the start",
-            remedy="plan the grasp with a smaller joint margin",
+            remedy="plan the grasp with a larger hand.margins.joint",
             gap_m=gap,
         )
-    return q, list(charts)
+    return q
 
 
 class _ForceRecorder:
