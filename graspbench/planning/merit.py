@@ -11,7 +11,9 @@ from graspbench.grasp.quality import GraspQuality, QualityParameters, grasp_qual
 from graspbench.grasp.wrench import grasp_matrix, wrench_maps
 from graspbench.reconstruction.surface import Surface
 
-_DIRECTIONS = 1024
+_DIRECTIONS = 512
+_WALKS = 6
+_STEPS = 40
 
 
 def merit_of(quality: GraspQuality) -> float:
@@ -81,12 +83,55 @@ def _merit_bounds(
         torque_length=torque_length_m,
     )
     q1, q2 = singular_measures(grasp_matrix(maps))
-    wrenches = quality.polytope().vertices @ np.swapaxes(maps, -1, -2)
-    # The ball's radius is the least support over all directions, so over any set it is bounded from above.
-    supports = (wrenches @ _directions(maps.shape[-2]).T).max(axis=-2)
-    of_grasp = supports.max(axis=1) if quality.norm == "l1" else np.maximum(supports, 0.0).sum(axis=1)
-    bounds: FloatArray = np.cbrt(q1 * q2 * np.maximum(of_grasp.min(axis=-1), 0.0))
+    bounds: FloatArray = np.cbrt(q1 * q2 * support_bounds(maps, quality))
     return bounds
+
+
+def support_bounds(maps: FloatArray, quality: QualityParameters, *, tight: bool = True) -> FloatArray:
+    """Return upper bounds of Q3, shape (n,), from wrench maps of shape (n, n_f, d, n_basis).
+
+    The ball's radius is the least support over all directions, so the least over any set bounds it: a fixed
+    set, and for ``tight`` bounds also what a descent from the best of them meets.
+    """
+    wrenches = quality.polytope().vertices @ np.swapaxes(maps, -1, -2)
+    size = maps.shape[-2]
+    supports = _supports(wrenches, _directions(size).T[None], quality.norm)
+    bounds = supports.min(axis=-1)
+    if tight and quality.norm == "l1":
+        starts = np.argsort(supports, axis=-1)[:, :_WALKS]
+        bounds = np.minimum(bounds, _walked(wrenches.reshape(len(maps), -1, size), _directions(size)[starts]))
+    tightest: FloatArray = np.maximum(bounds, 0.0)
+    return tightest
+
+
+def _supports(wrenches: FloatArray, directions: FloatArray, norm: str) -> FloatArray:
+    """Return the grasp wrench space's support in each direction (columns), shape (n, n_directions)."""
+    of_contact = (wrenches @ directions[:, None]).max(axis=-2)
+    total: FloatArray = of_contact.max(axis=1) if norm == "l1" else np.maximum(of_contact, 0.0).sum(axis=1)
+    return total
+
+
+def _walked(wrenches: FloatArray, directions: FloatArray) -> FloatArray:
+    """Walk directions towards smaller support by its subgradient, the farthest wrench.
+
+    Args:
+        wrenches: Corners of the wrench space's hull, shape (n, n_corners, d).
+        directions: Where to begin, shape (n, n_walks, d).
+
+    Returns:
+        The least support met on the way, shape (n,).
+    """
+    least = np.full(len(wrenches), np.inf)
+    step = 0.2
+    for _ in range(_STEPS):
+        heights = directions @ np.swapaxes(wrenches, -1, -2)
+        farthest = heights.argmax(axis=-1)
+        least = np.minimum(least, heights.max(axis=-1).min(axis=-1))
+        down = np.take_along_axis(wrenches, farthest[..., None], axis=1)
+        directions = directions - step * down
+        directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+        step *= 0.9
+    return least
 
 
 @lru_cache(maxsize=8)

@@ -1,0 +1,103 @@
+"""Climbing one measure over the surface's contours, under a hand's constraints."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import ConfigurationError
+from graspbench.grasp.epsilon import smallest_support
+from graspbench.grasp.quality import QualityParameters, singular_measures
+from graspbench.grasp.wrench import grasp_matrix, wrench_maps
+from graspbench.planning.merit import support_bounds
+from graspbench.reconstruction.surface import Surface
+
+MEASURES = ("q1", "q2", "q3")
+
+
+class Measure:
+    """One of Q1, Q2, Q3 on a surface, for many grasps at a time.
+
+    Args:
+        name: "q1", "q2" or "q3".
+        surface: The surface.
+        quality: How contacts and wrenches are modelled.
+
+    Raises:
+        ConfigurationError: There is no such measure.
+    """
+
+    def __init__(self, name: str, surface: Surface, quality: QualityParameters) -> None:
+        if name not in MEASURES:
+            raise ConfigurationError(
+                f"unknown measure '{name}'", remedy=f"choose from {', '.join(MEASURES)}", name=name
+            )
+        self.name, self.surface, self.quality = name, surface, quality
+        self.torque_length_m = quality.torque_length_m(surface.points, surface.centroid)
+
+    def bounds(self, vertices: IntArray, *, tight: bool = True) -> FloatArray:
+        """Return upper bounds of the measure, shape (n,), for vertices of shape (n, n_f); exact for Q1, Q2."""
+        maps = self._maps(vertices)
+        if self.name == "q3":
+            return support_bounds(maps, self.quality, tight=tight)
+        return singular_measures(grasp_matrix(maps))[0 if self.name == "q1" else 1]
+
+    def value(self, vertices: IntArray, floor: float = 0.0) -> float:
+        """Return the measure of one grasp, vertices of shape (n_f,); exact when it is larger than ``floor``."""
+        if self.name != "q3":
+            return float(self.bounds(vertices[None])[0])
+        polytope = self.quality.polytope()
+        wrenches = polytope.vertices @ np.swapaxes(self._maps(vertices[None]), -1, -2)
+        minkowski = self.quality.norm == "linf"
+        found = smallest_support(wrenches, polytope, minkowski=minkowski, stop_at=floor)
+        return max(float(found[0]), 0.0)
+
+    def _maps(self, vertices: IntArray) -> FloatArray:
+        return wrench_maps(
+            self.surface.points[vertices],
+            -self.surface.normals[vertices],
+            self.surface.centroid,
+            contact=self.quality.contact,
+            wrench_space=self.quality.wrench_space,
+            torque_length=self.torque_length_m,
+        )
+
+
+def climb(
+    start: IntArray, value: float, measure: Measure, allowed: Callable[[IntArray], bool]
+) -> tuple[IntArray, float, int]:
+    """Move one contact at a time to the best allowed neighbour until none is better.
+
+    Args:
+        start: An allowed grasp, shape (n_f,).
+        value: Its measure.
+        measure: What is climbed.
+        allowed: Whether a grasp meets all constraints; asked only of grasps that are better.
+
+    Returns:
+        The grasp at the top, its measure, and how many grasps were evaluated.
+    """
+    network, evaluated = measure.surface.network, 0
+    here = start
+    while True:
+        around = [_moved(here, i, int(b)) for i in range(len(here)) for b in network.contour(int(here[i]))]
+        neighbours = np.stack([nodes for nodes in around if len(set(nodes.tolist())) == len(nodes)])
+        bounds = measure.bounds(neighbours)
+        evaluated += len(neighbours)
+        step: tuple[float, IntArray] | None = None
+        for k in np.argsort(-bounds, kind="stable"):
+            floor = value if step is None else step[0]
+            if bounds[k] <= floor * (1.0 + 1e-12):
+                break
+            found = measure.value(neighbours[k], floor)
+            if found > floor * (1.0 + 1e-12) and allowed(neighbours[k]):
+                step = (found, neighbours[k])
+        if step is None:
+            return here, value, evaluated
+        value, here = step
+
+
+def _moved(vertices: IntArray, contact: int, node: int) -> IntArray:
+    moved = vertices.copy()
+    moved[contact] = node
+    return moved
