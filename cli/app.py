@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from graspbench.cli import bench, config, hands, logs, objects, paper, report, run, sweep
+from graspbench.cli import bench, config, hands, logs, manipulate, objects, paper, report, run, sweep
 from graspbench.errors import GraspbenchError
 
 app = typer.Typer(
@@ -21,6 +21,7 @@ app.command("run")(run.run)
 app.command("sweep")(sweep.sweep)
 app.command("report")(report.report)
 app.command("paper")(paper.paper)
+app.command("manipulate")(manipulate.manipulate)
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")
 app.add_typer(hands.app, name="hands")

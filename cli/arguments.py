@@ -22,9 +22,16 @@ def complete_override(incomplete: str) -> list[str]:
         return [f"{key}={option}" for option in _values(key) if option.startswith(value)]
     if "." in key:
         return [f"{name}=" for name in _keys(key.split(".", 1)[0]) if name.startswith(key)]
-    groups = sorted(path.name for path in _CONF_DIR.iterdir() if path.is_dir() and any(path.glob("*.yaml")))
-    names = [f"{group}=" for group in groups] + [f"{group}." for group in groups] + ["seed="]
+    groups = _groups()
+    sections = [group for group in groups if "/" not in group]
+    names = [f"{group}=" for group in groups] + [f"{section}." for section in sections] + ["seed="]
     return [name for name in names if name.startswith(key)]
+
+
+def _groups() -> list[str]:
+    """Return the groups and, as ``outer/inner``, the groups inside them."""
+    files = [*_CONF_DIR.glob("*/*.yaml"), *_CONF_DIR.glob("*/*/*.yaml")]
+    return sorted({path.parent.relative_to(_CONF_DIR).as_posix() for path in files})
 
 
 def _values(key: str) -> list[str]:
@@ -42,6 +49,7 @@ def _keys(group: str) -> list[str]:
 def _leaves(group: str) -> Iterator[tuple[str, object]]:
     for path in sorted((_CONF_DIR / group).glob("*.yaml")):
         content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        content.pop("defaults", None)  # Hydra's own, no option
         stack = [(group, content)]
         while stack:
             prefix, node = stack.pop()

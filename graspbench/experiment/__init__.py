@@ -9,13 +9,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from graspbench.experiment.catalogue import describe_hands, describe_objects
     from graspbench.experiment.compose import compose_tree, expand_sweep, group_options
-    from graspbench.experiment.config import TrialConfig, config_from_tree, load_config
+    from graspbench.experiment.config import (
+        ManipulationConfig,
+        TrialConfig,
+        config_from_tree,
+        load_config,
+        load_manipulation_config,
+        manipulation_config_from_tree,
+    )
+    from graspbench.experiment.manipulation import manipulate_and_store
     from graspbench.experiment.runner import run_and_store
     from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
     from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
     from graspbench.experiment.trial import run_trial
 
 _HOMES = {
+    "ManipulationConfig": "config",
     "PlannedTrial": "sweep",
     "ResultStore": "store",
     "SweepOptions": "sweep",
@@ -27,7 +36,10 @@ _HOMES = {
     "expand_sweep": "compose",
     "group_options": "compose",
     "load_config": "config",
+    "load_manipulation_config": "config",
     "load_results": "store",
+    "manipulate_and_store": "manipulation",
+    "manipulation_config_from_tree": "config",
     "plan_sweep": "sweep",
     "results_frame": "store",
     "run_and_store": "runner",
@@ -37,6 +49,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "ManipulationConfig",
     "PlannedTrial",
     "ResultStore",
     "SweepOptions",
@@ -48,7 +61,10 @@ __all__ = [
     "expand_sweep",
     "group_options",
     "load_config",
+    "load_manipulation_config",
     "load_results",
+    "manipulate_and_store",
+    "manipulation_config_from_tree",
     "plan_sweep",
     "results_frame",
     "run_and_store",

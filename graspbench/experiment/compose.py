@@ -22,7 +22,13 @@ from omegaconf.errors import OmegaConfBaseException
 
 import graspbench.conf
 from graspbench.errors import ConfigurationError
-from graspbench.experiment.schema import complete_with_defaults
+from graspbench.experiment.schema import (
+    MANIPULATION_SECTIONS,
+    TASKS_KEY,
+    Primary,
+    complete_tasks,
+    complete_with_defaults,
+)
 from graspbench.planning.index import INDICES
 
 Tree = dict[str, Any]
@@ -30,16 +36,22 @@ Tree = dict[str, Any]
 CONF_DIR = Path(graspbench.conf.__path__[0])
 
 
-def group_options(config_dir: Path | None = None) -> dict[str, tuple[str, ...]]:
+def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
     """Return the options of every configuration group, plug-ins included.
 
     Args:
         config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
+
+    Returns:
+        Options by group; a group inside another is called ``outer/inner``.
     """
     options: dict[str, set[str]] = {}
     for root in filter(None, (CONF_DIR, config_dir)):
-        for path in sorted(Path(root).glob("*/*.yaml")):
-            options.setdefault(path.parent.name, set()).add(path.stem)
+        for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
+            group = path.parent.relative_to(root).as_posix()
+            if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
+                options.setdefault(group, set()).add(path.stem)
     options.setdefault("index", set()).update(_plugin_indices())
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
 
@@ -61,12 +73,15 @@ def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> li
     return list(itertools.product(*axes))
 
 
-def compose_tree(overrides: Sequence[str] = (), config_dir: Path | None = None) -> Tree:
+def compose_tree(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Tree:
     """Compose the configuration of one trial.
 
     Args:
         overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
         config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
 
     Returns:
         The tree, complete with every default, interpolations resolved.
@@ -74,7 +89,7 @@ def compose_tree(overrides: Sequence[str] = (), config_dir: Path | None = None) 
     Raises:
         ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
     """
-    groups = group_options(config_dir)
+    groups = group_options(config_dir, primary)
     choices: dict[str, str] = {}
     values: list[Override] = []
     for override in _parse(overrides):
@@ -100,7 +115,8 @@ def compose_tree(overrides: Sequence[str] = (), config_dir: Path | None = None) 
             values.append(override)
     for group, option in choices.items():
         _check_option(group, option, groups)
-    tree = complete_with_defaults(_compose_groups(tuple(sorted(choices.items())), config_dir))
+    composed = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
+    tree = complete_with_defaults(composed, primary)
     for override in values:
         _set_value(tree, override, groups)
     try:
@@ -163,7 +179,7 @@ def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) 
 
 
 @lru_cache(maxsize=1024)
-def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | None) -> Tree:
+def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary) -> Tree:
     """Let Hydra compose the primary configuration with the chosen options."""
     plugins = {group: option for group, option in choices if _is_plugin(group, option, config_dir)}
     overrides = [f"{group}={option}" for group, option in choices if group not in plugins]
@@ -172,7 +188,7 @@ def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | Non
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            composed = OmegaConf.to_container(compose("config", overrides=overrides))
+            composed = OmegaConf.to_container(compose(primary, overrides=overrides))
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigurationError(
             f"the configuration cannot be composed ({_first_line(error)})",
@@ -188,6 +204,7 @@ def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | Non
 def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:
     """Set one value; the key must exist, so that a misspelt one is found at once."""
     path = override.key_or_group
+    _admit_task(tree, path)
     *parents, last = path.split(".")
     node: Any = tree
     for parent in parents:
@@ -212,6 +229,15 @@ def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str
         node[last].update(_plain(value))
     else:
         node[last] = _plain(value)
+
+
+def _admit_task(tree: Tree, path: str) -> None:
+    """Let an override of a task's option bring the task in, with its defaults."""
+    prefix = f"{TASKS_KEY}."
+    if "clik" in tree and path.startswith(prefix):
+        name = path.removeprefix(prefix).split(".")[0]
+        if name not in tree["clik"]["tasks"]:
+            tree["clik"]["tasks"] |= complete_tasks({name: {}})
 
 
 def _plain(value: Any) -> Any:

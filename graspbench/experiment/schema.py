@@ -1,12 +1,15 @@
 """The typed schema of a trial's configuration: every section, its parameters and their defaults.
 
 Each section is the frozen dataclass of parameters of the stage that reads it, so that a key is written
-once: in the stage. The section ``index`` takes the parameters of the index it names.
+once: in the stage. The section ``index`` takes the parameters of the index it names. A primary
+configuration (a file of ``conf/``) says which sections there are: ``config`` has those of a trial,
+``manipulate`` three more.
 """
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from importlib import import_module
+from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -22,6 +25,7 @@ from graspbench.simulation import SceneParameters
 from graspbench.simulation.execution import ExecutionParameters
 
 Tree = dict[str, Any]
+Primary = Literal["config", "manipulate"]
 
 SECTIONS: dict[str, type] = {
     "object": ObjectParameters,
@@ -38,33 +42,71 @@ SECTIONS: dict[str, type] = {
     "record": RecordParameters,
 }
 
+# By module and name: only manipulation loads its solvers.
+MANIPULATION_SECTIONS = {
+    "clik": ("graspbench.manipulation.clik", "ClikParameters"),
+    "motion": ("graspbench.manipulation.motion", "MotionParameters"),
+    "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
+}
+
+# A mapping whose keys the user chooses: the names of tasks.
+TASKS_KEY = "clik.tasks"
+
+
+def section_names(primary: Primary = "config") -> tuple[str, ...]:
+    """Return the sections of a primary configuration."""
+    more = tuple(MANIPULATION_SECTIONS) if primary == "manipulate" else ()
+    return (*SECTIONS, "index", *more)
+
 
 def section_type(section: str, content: Mapping[str, Any]) -> type:
     """Return the dataclass of a section; for ``index`` that of the index it names."""
     if section == "index":
         kind: type = INDICES[str(content.get("name"))].parameters
         return kind
+    if section in MANIPULATION_SECTIONS:
+        module, name = MANIPULATION_SECTIONS[section]
+        parameters: type = getattr(import_module(module), name)
+        return parameters
     return SECTIONS[section]
 
 
-def complete_with_defaults(tree: Mapping[str, Any]) -> Tree:
-    """Fill a composed tree with the defaults of every section.
+def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config") -> Tree:
+    """Fill a composed tree with the defaults of every section, and of every secondary task.
 
     Raises:
         ConfigurationError: A YAML file sets a section or key that does not exist.
     """
     complete: Tree = {"seed": int(tree.get("seed", 0))}
-    for section in (*SECTIONS, "index"):
+    for section in section_names(primary):
         content = dict(tree.get(section) or {})
         kind = section_type(section, content)
         name = {"name": content["name"]} if section == "index" else {}
         complete[section] = _merge(name | _defaults(kind), content, section)
+    if "clik" in complete:
+        complete["clik"]["tasks"] = complete_tasks(complete["clik"]["tasks"])
     unknown = sorted(set(tree) - set(complete) - {"experiment"})
     if unknown:
         raise ConfigurationError(
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
         )
     return complete
+
+
+def complete_tasks(tasks: Mapping[str, Any]) -> Tree:
+    """Return the secondary tasks of a configuration with every option of theirs, in the order given.
+
+    Raises:
+        ConfigurationError: A task is unknown, or an option of it is unknown or cannot be used.
+    """
+    from graspbench.manipulation import build_tasks
+
+    given = {name: dict(options or {}) for name, options in tasks.items()}
+    complete = {}
+    for name, task in build_tasks(given).items():
+        kind = {"kind": given[name]["kind"]} if "kind" in given[name] else {}
+        complete[name] = kind | {key: _plain(value) for key, value in dataclasses.asdict(task).items()}
+    return {name: complete[name] for name in given}
 
 
 def validate_section(section: str, content: Mapping[str, Any]) -> Any:
