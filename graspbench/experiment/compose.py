@@ -153,7 +153,7 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
 
 def _axis(override: Override, config_dir: Path | None) -> list[str]:
     key = override.get_key_element()
-    value = override.value()
+    value: Any = override.value()
     if isinstance(value, Glob):
         options = group_options(config_dir).get(override.key_or_group, ())
         names = value.filter(list(options))
