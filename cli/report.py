@@ -22,7 +22,8 @@ def report(
     """Write the local-against-global table of one or more results folders."""
     from graspbench.cli.printing import out, print_json
     from graspbench.experiment import load_results, results_frame
-    from graspbench.report import format_table, write_table
+    from graspbench.report import comparison_table, write_table
+    from graspbench.report.tables import table_markdown
 
     chosen = [name.strip() for name in formats.split(",") if name.strip()]
     frame = results_frame(load_results(folders))
@@ -30,6 +31,6 @@ def report(
     if as_json:
         print_json({"schema": 1, "files": [str(path) for path in paths]})
         return
-    out.print(format_table(frame, "markdown"), markup=False)
+    out.print(table_markdown(comparison_table(frame)), markup=False)
     for path in paths:
         out.print(f"written   {path}")
