@@ -12,6 +12,7 @@ from pydantic import Field
 from graspbench.arrays import BoolArray, FloatArray, ImageArray
 from graspbench.errors import ImageError
 from graspbench.perception.background import Background, FloatImage, learn_background
+from graspbench.perception.blobs import ByteMask, clean, close, fill_holes, largest_blob
 from graspbench.perception.camera import Camera, View
 from graspbench.perception.coverage import estimate_coverage
 from graspbench.perception.distortion import ideal_view
@@ -23,6 +24,10 @@ _NOISY = 6.0
 _OUTLINE_BLUR_PX = 0.7
 _DOUBTFUL_FRACTION = 0.05
 _DEEPER_PX = 3
+_DOUBTFUL_BLUR_PX = 0.8
+_FAINT = 0.7
+_MOST_REFINEMENTS = 6
+_MOVED_FRACTION = 0.05
 
 
 @dataclass(frozen=True)
@@ -169,30 +174,53 @@ def _silhouette(
     )
     crop = np.ascontiguousarray(view.image[window[0] : window[1], window[2] : window[3]])
     calm = cv2.medianBlur(crop, 3)
-    blob = _blob(station, background.distance(calm), background.noise, parameters)
-    noisy = float(background.distance(crop[::3, ::3])[~blob[::3, ::3]].mean()) > _NOISY
-    coverage = estimate_coverage(calm if noisy else crop, blob)
-    # Smoothing settles the pixels that are covered by half along the outline they belong to.
-    outline = cv2.GaussianBlur(coverage, (5, 5), _OUTLINE_BLUR_PX) >= 0.5
-    inside = _largest_blob(outline.astype(np.uint8))
+    blob, doubtful = _blob(station, calm, background, parameters)
     if np.count_nonzero(blob) < parameters.smallest_area_px:
         raise _empty(station)
-    return _describe(station, blob if inside is None else inside, window, coverage, view.camera)
+    noisy = float(background.distance(crop[::3, ::3])[~blob[::3, ::3]].mean()) > _NOISY
+    steps = _MOST_REFINEMENTS if doubtful or noisy else 1
+    inside, coverage = _refine(calm if noisy else crop, blob, steps, parameters)
+    return _describe(station, inside, window, coverage, view.camera)
 
 
-def _blob(station: str, distance: FloatImage, noise: float, parameters: SilhouetteParameters) -> BoolArray:
-    """Return the object as the largest blob of colours far from the background."""
-    threshold = _threshold(distance, noise, parameters)
-    mask = _clean((distance > threshold).astype(np.uint8), parameters)
-    blob = _largest_blob(mask)
+def _refine(
+    image: ImageArray, blob: BoolArray, steps: int, parameters: SilhouetteParameters
+) -> tuple[BoolArray, FloatImage]:
+    """Move the outline, a pixel at a step, to where the colour is half way between both sides."""
+    for _ in range(steps):
+        coverage = estimate_coverage(image, blob)
+        # Smoothing settles the pixels that are covered by half along the outline they belong to.
+        half = cv2.GaussianBlur(coverage, (5, 5), _OUTLINE_BLUR_PX) >= 0.5
+        inside = largest_blob(half.astype(np.uint8))
+        if inside is None:
+            return blob, coverage
+        if parameters.fill_holes:
+            inside = fill_holes(inside)
+        moved = np.count_nonzero(inside != blob)
+        outline = np.count_nonzero((coverage > 0.0) & (coverage < 1.0))
+        blob = inside
+        if moved <= _MOVED_FRACTION * outline:
+            break
+    return blob, coverage
+
+
+def _blob(
+    station: str, image: ImageArray, background: Background, parameters: SilhouetteParameters
+) -> tuple[BoolArray, bool]:
+    """Return the largest blob of colours far from the background, and whether its outline is in doubt."""
+    distance = background.distance(image)
+    threshold = _threshold(distance, background.noise, parameters)
+    blob = largest_blob(_clean(distance > threshold, parameters))
+    doubtful = blob is None or _share(distance[blob] < 1.5 * threshold) > _DOUBTFUL_FRACTION
+    if doubtful:
+        # Object and background look alike: average the noise over more pixels, close deeper bays.
+        distance = background.distance(cv2.GaussianBlur(image, (0, 0), _DOUBTFUL_BLUR_PX))
+        mask = distance > max(_FAINT * threshold, background.noise)
+        deeper = parameters.dilation_px + _DEEPER_PX
+        blob = largest_blob(close(_clean(mask, parameters), deeper))
     if blob is None:
         raise _empty(station)
-    # Where object and background look alike the outline is ragged: close deeper bays.
-    if float(np.mean(distance[blob] < 1.5 * threshold)) > _DOUBTFUL_FRACTION:
-        blob = cv2.morphologyEx(
-            blob.astype(np.uint8), cv2.MORPH_CLOSE, _disc(parameters.dilation_px + _DEEPER_PX)
-        ).astype(np.bool_)
-    return _fill_holes(blob) if parameters.fill_holes else blob
+    return (fill_holes(blob) if parameters.fill_holes else blob), doubtful
 
 
 def _locate(
@@ -201,11 +229,13 @@ def _locate(
     """Return the rows and columns (first, end) of the object, found in a small copy of the image."""
     distance = background.distance(coarse)
     threshold = _threshold(distance, background.noise, parameters)
-    mask = cv2.morphologyEx((distance > threshold).astype(np.uint8), cv2.MORPH_CLOSE, _disc(1))
-    if mask.mean() > _FULL_FRACTION:
+    faint = distance > max(_FAINT * threshold, background.noise)
+    mask = close(faint.astype(np.uint8), 1)
+    if _share(mask) > _FULL_FRACTION:
         raise _full(station)
-    count, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    areas = stats[1:count, cv2.CC_STAT_AREA] * _COARSENESS**2
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    # Faint parts join a blob, but only what is distinct makes one.
+    areas = np.bincount(labels[distance > threshold], minlength=count)[1:] * _COARSENESS**2
     if count < 2 or areas.max() < parameters.smallest_area_px:
         raise _empty(station)
     order = np.argsort(-areas, kind="stable")
@@ -227,36 +257,14 @@ def _threshold(distance: FloatImage, noise: float, parameters: SilhouetteParamet
     return max(0.5 * float(otsu), 1.2 * noise, parameters.contrast)
 
 
-def _clean(mask: npt.NDArray[np.uint8], parameters: SilhouetteParameters) -> npt.NDArray[np.uint8]:
-    """Erode and dilate (an opening), then dilate and erode (a closing)."""
-    if parameters.erosion_px:
-        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(parameters.erosion_px))
-    if parameters.dilation_px:
-        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(parameters.dilation_px))
-    return mask
+def _clean(mask: BoolArray, parameters: SilhouetteParameters) -> ByteMask:
+    """Remove specks and close gaps."""
+    return clean(mask.astype(np.uint8), parameters.erosion_px, parameters.dilation_px)
 
 
-def _disc(radius: int) -> npt.NDArray[np.uint8]:
-    kernel: npt.NDArray[np.uint8] = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
-    return kernel
-
-
-def _largest_blob(mask: npt.NDArray[np.uint8]) -> BoolArray | None:
-    """Keep the largest connected blob."""
-    count, labels = cv2.connectedComponents(mask, connectivity=4, ltype=cv2.CV_16U)
-    if count < 2:
-        return None
-    largest = 1 if count == 2 else 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
-    blob: BoolArray = labels == largest
-    return blob
-
-
-def _fill_holes(mask: BoolArray) -> BoolArray:
-    """Fill every hole that does not open to the image's border."""
-    outside = np.pad(~mask, 1, constant_values=True).astype(np.uint8)
-    cv2.floodFill(outside, None, (0, 0), 2, flags=4)
-    filled: BoolArray = outside[1:-1, 1:-1] != 2
-    return filled
+def _share(mask: npt.NDArray[np.generic]) -> float:
+    """Return the fraction of the elements that are set."""
+    return int(np.count_nonzero(mask)) / max(mask.size, 1)
 
 
 def _shrink(image: ImageArray) -> ImageArray:

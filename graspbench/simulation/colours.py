@@ -9,14 +9,14 @@ from graspbench.arrays import FloatArray
 from graspbench.simulation.scene import Colour, SceneParameters
 
 CLOTHS: tuple[Colour, ...] = (
-    (0.12, 0.45, 0.24),
-    (0.10, 0.22, 0.60),
-    (0.10, 0.44, 0.50),
-    (0.42, 0.16, 0.56),
-    (0.60, 0.12, 0.12),
-    (0.62, 0.42, 0.08),
+    (0.05, 0.46, 0.16),
+    (0.04, 0.12, 0.66),
+    (0.05, 0.46, 0.52),
+    (0.42, 0.08, 0.60),
+    (0.64, 0.05, 0.05),
+    (0.66, 0.48, 0.04),
     (0.72, 0.72, 0.70),
-    (0.62, 0.14, 0.42),
+    (0.64, 0.06, 0.42),
 )
 """Table cloths to choose from."""
 

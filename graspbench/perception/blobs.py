@@ -1,0 +1,49 @@
+"""Connected blobs of binary images, and the morphology that cleans them."""
+
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from graspbench.arrays import BoolArray
+
+ByteMask: TypeAlias = npt.NDArray[np.uint8]
+
+
+def clean(mask: ByteMask, erosion_px: int, dilation_px: int) -> ByteMask:
+    """Erode and dilate by one radius (an opening), then dilate and erode by the other (a closing)."""
+    if erosion_px:
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(erosion_px))
+    return close(mask, dilation_px) if dilation_px else mask
+
+
+def close(mask: ByteMask, radius_px: int) -> ByteMask:
+    """Dilate and erode: gaps and bays narrower than twice the radius are closed."""
+    closed: ByteMask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, disc(radius_px))
+    return closed
+
+
+def disc(radius: int) -> ByteMask:
+    """Return a disc as a structuring element, shape (2 radius + 1, 2 radius + 1)."""
+    kernel: ByteMask = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
+    return kernel
+
+
+def largest_blob(mask: ByteMask) -> BoolArray | None:
+    """Keep the largest 4-connected blob; None if the mask is empty."""
+    count, labels = cv2.connectedComponents(mask, connectivity=4)
+    if count < 2:
+        return None
+    largest = 1 if count == 2 else 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    blob: BoolArray = labels == largest
+    return blob
+
+
+def fill_holes(mask: BoolArray) -> BoolArray:
+    """Fill every hole that does not open to the image's border."""
+    empty = (~mask).astype(np.uint8)
+    outside = cv2.copyMakeBorder(empty, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
+    cv2.floodFill(outside, None, (0, 0), 2, flags=4)
+    filled: BoolArray = outside[1:-1, 1:-1] != 2
+    return filled
