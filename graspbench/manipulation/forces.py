@@ -165,16 +165,20 @@ class ForceDistribution:
     def _solve(self, grasp: FloatArray, load: FloatArray, cones: FloatArray, highs: FloatArray) -> FloatArray:
         from proxsuite import proxqp
 
+        wrench_map, wanted = grasp, load
         # ProxQP calls problems with dependent equality rows infeasible: keep independent ones only.
         basis, values, _ = np.linalg.svd(grasp)
         rank = int(np.sum(values > 1e-9 * values[0]))
         if np.abs(basis[:, rank:].T @ load).max(initial=0.0) > 1e-7 * max(float(np.abs(load).max()), 1.0):
             raise _unbalanced(load)
-        grasp, load = basis[:, :rank].T @ grasp, basis[:, :rank].T @ load
+        # Forces (N) and torques (N m) differ a hundredfold; the solver needs rows of one length.
+        scaled = basis[:, :rank] / values[:rank]
+        grasp, load = scaled.T @ grasp, scaled.T @ load
         n, lows = grasp.shape[1], np.full(len(highs), -1e20)
         shape = (n, rank, len(highs))
         data = (np.eye(n), np.zeros(n), grasp, load, cones, lows, highs)
-        if self._solver is None or shape != self._shape:
+        warm = self._solver is not None and shape == self._shape
+        if not warm:
             self._solver, self._shape = proxqp.dense.QP(*shape), shape
             self._solver.settings.eps_abs = 1e-9
             self._solver.settings.eps_rel = 0.0
@@ -185,7 +189,9 @@ class ForceDistribution:
         self._solver.solve()
         if self._solver.results.info.status != proxqp.PROXQP_SOLVED:
             self._solver = None  # a failed solve must not warm-start the next
-            raise _unbalanced(load)
+            if warm:  # nor decide about this one
+                return self._solve(wrench_map, wanted, cones, highs)
+            raise _unbalanced(wanted)
         return np.array(self._solver.results.x)
 
 
