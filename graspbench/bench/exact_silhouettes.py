@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.compiled import compiled
 from graspbench.perception.camera import Camera, Intrinsics
 from graspbench.perception.silhouette import Silhouette, silhouette_of_mask
-from graspbench.reconstruction.compilation import compiled
 
 
 def rasterise(vertices: FloatArray, faces: IntArray, camera: Camera) -> BoolArray:

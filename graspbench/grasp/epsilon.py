@@ -10,11 +10,12 @@ support function is never below its minimum; no tolerance decides what is a face
 
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
 
 FaceTable = tuple[IntArray, IntArray, IntArray]
@@ -79,7 +80,7 @@ def smallest_support(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _smallest_support_batch(
     wrenches: FloatArray,
     corners: IntArray,
@@ -94,7 +95,7 @@ def _smallest_support_batch(
     return values
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def smallest_support_one(
     wrenches: FloatArray,
     corners: IntArray,
@@ -120,7 +121,7 @@ def smallest_support_one(
     normal = np.empty(size)
     best = np.inf
     for s in range(shares.shape[0]):
-        level = 0
+        level: Any = np.int64(0)  # typed at once, or all below is compiled for a literal first
         face[0] = start[shares[s, 0]] - 1
         while level >= 0:
             face[level] += 1
@@ -152,7 +153,7 @@ def smallest_support_one(
     return float(best) if best < np.inf else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _reduce(
     free: FloatArray,
     dims: IntArray,
@@ -206,7 +207,7 @@ def _reduce(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, bound: float) -> float:
     """Return the smaller support of the two sides; anything above ``bound`` if both are."""
     high = -np.inf
@@ -223,7 +224,7 @@ def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, 
     return min(high, -low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _support_of_sum(points: FloatArray, normal: FloatArray, bound: float) -> float:
     """Return the smaller support of the two sides; anything above ``bound`` if both are."""
     high = 0.0

@@ -249,12 +249,10 @@ class GraspChecker:
         """
         chains = self.hand.chains
         targets = (task.targets - pose[:, 3]) @ pose[:, :3]
-        quantities = np.empty((3, len(fingers)))
+        quantities = np.empty((len(fingers), 3, 1))
         for i, f in enumerate(fingers):
-            finger_ik_batch(
-                chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[:, i : i + 1]
-            )
-        return np.array([quantities[0].max(), quantities[1].min(), quantities[2].min()])
+            finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[i])
+        return np.array([quantities[:, 0].max(), quantities[:, 1].min(), quantities[:, 2].min()])
 
     def _posture(
         self,

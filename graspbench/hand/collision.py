@@ -5,18 +5,20 @@ rounding radii (cores that overlap count as touching).
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import Chains
-from graspbench.hand.compiled import compiled, inner
 from graspbench.hand.distance import core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.kinematics import forward
 from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 
 CLEARANCE_CAP_M = 0.05
+EVERY_FINGER: Any = np.int64(-1)  # a plain -1 would be a type of its own to the compiler
 INSIDE_M = 1e-9  # a point this near to a core is inside, but for rounding
 
 
@@ -228,8 +230,8 @@ def measure_clearances(
     place_hand(chains, shapes, joints, system.frames, system.tips, poses)
     out[0] = CLEARANCE_CAP_M
     if task.limits[HEIGHT] > -np.inf:
-        out[0] = ground_clearance(shapes, poses, pose, task.limits[HEIGHT], -1, CLEARANCE_CAP_M)
-    out[1] = hand_clearance(shapes, poses, -1, CLEARANCE_CAP_M)
+        out[0] = ground_clearance(shapes, poses, pose, task.limits[HEIGHT], EVERY_FINGER, CLEARANCE_CAP_M)
+    out[1] = hand_clearance(shapes, poses, EVERY_FINGER, CLEARANCE_CAP_M)
     out[2] = CLEARANCE_CAP_M
     points_to_palm(pose, task.obstacle, system.obstacle)
     for s in range(poses.shape[0]):

@@ -3,7 +3,7 @@
 import math
 
 from graspbench.arrays import FloatArray
-from graspbench.hand.compiled import compiled, inner
+from graspbench.compiled import compiled, inner
 
 SEGMENT, BOX, CYLINDER = 0, 1, 2
 ACCURACY_M = 2e-6

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import inner
 from graspbench.hand.chains import Chains
 from graspbench.hand.collision import INSIDE_M, core_depth, far_apart, nearest_obstacle, tangent_plane
-from graspbench.hand.compiled import inner
 from graspbench.hand.distance import Point, core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, GROUND, HAND, HEIGHT, OBJECT, WORLD, System, Task
@@ -42,10 +42,9 @@ def _add_gap(
 
 
 @inner
-def collect_tips(
-    chains: Chains, task: Task, contact_of: IntArray, pose: FloatArray, system: System, count: int
-) -> int:
+def collect_tips(chains: Chains, task: Task, contact_of: IntArray, pose: FloatArray, system: System) -> int:
     """Collect the tips' distances from their targets along the palm's axes."""
+    count: int = np.int64(0)  # type: ignore[assignment]  # typed at once, not as a literal
     for row in range(3 * contact_of.size):
         f, axis = row // 3, row % 3
         i = contact_of[f]

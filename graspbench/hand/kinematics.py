@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray
+from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
-from graspbench.hand.compiled import compiled, inner
 
 IK_ITERATIONS = 40
 IK_TOLERANCE_M = 1e-9

@@ -130,7 +130,7 @@ class HandModel:
         targets = np.ascontiguousarray(targets, dtype=float).reshape(-1, 3)
         m, k = targets.shape[0], int(self.chains.counts[finger])
         starts = np.broadcast_to(np.asarray(start, dtype=float), (m, k))
-        joints, quantities = np.array(starts), np.empty((3, m))
+        joints, quantities = np.array(starts, order="C"), np.empty((3, m))
         kinematics.finger_ik_batch(self.chains, finger, targets, joints, centring, quantities)
         return FingerSolutions(joints, quantities[0], quantities[1], quantities[2])
 

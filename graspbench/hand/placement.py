@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
 from graspbench.hand.collision import place_hand, points_to_palm
-from graspbench.hand.compiled import compiled, inner
 from graspbench.hand.gaps import collect_hand, collect_tips, collect_world
 from graspbench.hand.shapes import Shapes
 from graspbench.hand.task import WORLD, System, Task
@@ -169,7 +169,7 @@ def improve(
     best, damping, again = np.inf, 1e-4, False
     for _ in range(iterations):
         place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
-        count = collect_tips(chains, task, contact_of, pose, system, 0)
+        count = collect_tips(chains, task, contact_of, pose, system)
         if avoid:
             points_to_palm(pose, task.obstacle, system.obstacle)
             count = collect_world(chains, shapes, task, contact_of, pose, system, count)

@@ -1,5 +1,7 @@
 """How far apart two fingertips of a hand can be."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from graspbench.arrays import FloatArray
@@ -10,6 +12,7 @@ SAMPLES = 9
 DIRECTIONS = 200
 
 
+@lru_cache(maxsize=32)
 def pair_limit(hand: HandModel) -> float:
     """Return a bound of the distance between two contacts that two fingertips can touch at a time, m.
 

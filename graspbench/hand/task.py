@@ -1,6 +1,6 @@
 """What a hand has to do, and the numbers of the optimisation that does it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.shapes import Shapes
 
 HEIGHT, GROUND, HAND, OBJECT, EXEMPT = 0, 1, 2, 3, 4
-WORLD = -2
+WORLD: Any = np.int64(-2)  # a plain -2 would be a type of its own to the compiler
 
 
 class Task(NamedTuple):

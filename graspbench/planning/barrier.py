@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.compiled import compiled
 from graspbench.hand.chains import Chains
 from graspbench.hand.collision import ground_clearance, hand_clearance, place_hand, place_shapes
-from graspbench.hand.compiled import compiled
 from graspbench.hand.kinematics import finger_ik, forward, joint_margin, smallest_singular_value
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture

@@ -7,7 +7,7 @@ The coefficients are k_pi / l, k_cm / l, k_e / a, k_a in SI units, see
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.hand.compiled import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.planning.grip_plane import fit_plane, next_angles
 
 
@@ -50,7 +50,7 @@ def field(points: FloatArray, centroid: FloatArray, k: FloatArray, terms: FloatA
             terms[3, i, a] = k[3] * outwards[a]
 
 
-@compiled
+@inner
 def _flatten(points: FloatArray, centroid: FloatArray, flat: FloatArray, centre: FloatArray) -> FloatArray:
     """Write the projections of contacts and centroid on the grip plane; return its normal."""
     plane = fit_plane(points, centroid)

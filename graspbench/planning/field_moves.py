@@ -3,7 +3,7 @@
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.hand.compiled import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.planning.field import field, mean_radius, potential
 
 
@@ -95,7 +95,7 @@ def climb(
     return len(path) - 1
 
 
-@compiled
+@inner
 def _barrier_potential(nodes_points: FloatArray, moves: IntArray, barrier: FloatArray) -> FloatArray:
     """Return the barrier's share of the potential at every move: its value times the contour's spacing."""
     n_f, width = moves.shape
@@ -114,7 +114,7 @@ def _barrier_potential(nodes_points: FloatArray, moves: IntArray, barrier: Float
     return walls
 
 
-@compiled
+@inner
 def _preferred_moves(
     nodes_points: FloatArray,
     nodes_normals: FloatArray,
@@ -170,7 +170,7 @@ def _preferred_moves(
     return order
 
 
-@compiled
+@inner
 def _distinct(vertices: IntArray) -> bool:
     for i in range(len(vertices)):
         for j in range(i):
@@ -179,7 +179,7 @@ def _distinct(vertices: IntArray) -> bool:
     return True
 
 
-@compiled
+@inner
 def _try_together(
     nodes_points: FloatArray,
     centroid: FloatArray,
@@ -214,7 +214,7 @@ def _try_together(
     return True
 
 
-@compiled
+@inner
 def _try_alone(
     nodes_points: FloatArray,
     centroid: FloatArray,
@@ -257,7 +257,7 @@ def _try_alone(
     return True
 
 
-@compiled
+@inner
 def _try_subset(
     nodes_points: FloatArray,
     centroid: FloatArray,
@@ -305,7 +305,7 @@ def _try_subset(
     return best
 
 
-@compiled
+@inner
 def _try_subsets(
     nodes_points: FloatArray,
     centroid: FloatArray,

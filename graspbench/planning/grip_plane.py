@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.hand.compiled import compiled
+from graspbench.compiled import compiled, inner
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def next_angles(flat: FloatArray, centre: FloatArray, normal: FloatArray, angles
         angles[i] = angle if angle >= 0.0 else angle + 2.0 * np.pi
 
 
-@compiled
+@inner
 def _perpendicular(x: float, y: float, z: float) -> FloatArray:
     """Return some unit vector perpendicular to (x, y, z), always the same one."""
     out = np.zeros(3)
@@ -151,7 +151,7 @@ def _perpendicular(x: float, y: float, z: float) -> FloatArray:
     return out
 
 
-@compiled
+@inner
 def _least_scattered_direction(points: FloatArray, mean: FloatArray) -> FloatArray:
     """Return the direction of least scatter: smallest eigenvector of the 3 x 3 scatter (cyclic Jacobi)."""
     matrix = np.zeros((3, 3))

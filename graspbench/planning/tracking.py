@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.compiled import compiled, inner
 from graspbench.errors import PlanningError
 from graspbench.hand.chains import Chains
-from graspbench.hand.compiled import compiled
 from graspbench.hand.kinematics import forward, point_jacobian
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
@@ -221,7 +221,7 @@ def _clik(
             path[t + 1, j] = min(limits[1, j], max(limits[0, j], path[t, j] + step * speed))
 
 
-@compiled
+@inner
 def _solve(jacobian: FloatArray, right: FloatArray, out: FloatArray) -> None:
     """Solve (J J^T + damping) out = right by cofactors."""
     a = b = c = _DAMPING

@@ -20,8 +20,8 @@ import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
-from graspbench.hand.compiled import compiled
 from graspbench.planning.index import INDICES, Moves
 from graspbench.reconstruction.surface import Surface
 
