@@ -149,7 +149,7 @@ def smallest_support_one(
             else:
                 best = min(best, _support_of_union(points, n_v, d, normal, best))
             if best <= stop_at:
-                return best
+                return float(best)
     return float(best) if best < np.inf else 0.0
 
 

@@ -124,7 +124,7 @@ def grasp_quality(
 def singular_measures(grasp_matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return Q1 and Q2 of grasp matrices, shape (..., d, n_columns)."""
     size, columns = grasp_matrices.shape[-2:]
-    values: FloatArray = np.linalg.svd(grasp_matrices, compute_uv=False)
+    values = np.asarray(np.linalg.svd(grasp_matrices, compute_uv=False), dtype=np.float64)
     if columns < size:
         return np.zeros(values.shape[:-1]), np.zeros(values.shape[:-1])
     return values[..., -1], np.asarray(np.prod(values, axis=-1))

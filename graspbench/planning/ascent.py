@@ -36,14 +36,14 @@ class Measure:
         self.torque_length_m = quality.torque_length_m(surface.points, surface.centroid)
 
     def bounds(self, vertices: IntArray, *, tight: bool = True) -> FloatArray:
-        """Return upper bounds of the measure, shape (n,), for vertices of shape (n, n_f); exact for Q1, Q2."""
+        """Return upper bounds, shape (n,), for vertices of shape (n, n_f); exact for Q1 and Q2."""
         maps = self._maps(vertices)
         if self.name == "q3":
             return support_bounds(maps, self.quality, tight=tight)
         return singular_measures(grasp_matrix(maps))[0 if self.name == "q1" else 1]
 
     def value(self, vertices: IntArray, floor: float = 0.0) -> float:
-        """Return the measure of one grasp, vertices of shape (n_f,); exact when it is larger than ``floor``."""
+        """Return the measure of one grasp, shape (n_f,); exact when it is larger than ``floor``."""
         if self.name != "q3":
             return float(self.bounds(vertices[None])[0])
         polytope = self.quality.polytope()

@@ -49,7 +49,15 @@ def test_trial_folder_holds_record_pictures_and_tables(teddy_run):
     finished, output = teddy_run
     folder = output / finished.document["trial_id"]
     names = {path.name for path in folder.iterdir()}
-    assert names == {"config.yaml", "result.json", "trial.mcap", "views.png", "surface.png", "grasp.png", "hand.png"}
+    assert names == {
+        "config.yaml",
+        "result.json",
+        "trial.mcap",
+        "views.png",
+        "surface.png",
+        "grasp.png",
+        "hand.png",
+    }
     assert not list(output.glob(".*"))
     assert json.loads((folder / "result.json").read_text()) == finished.document
     info = log_info(folder / "trial.mcap")
