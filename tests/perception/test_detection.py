@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from graspbench.errors import ImageError
-from graspbench.perception import Camera, SilhouetteParameters, StationParameters, View
+from graspbench.errors import ImageError, StationError
+from graspbench.perception import Camera, SilhouetteParameters, Station, StationParameters, View
 from graspbench.perception.detection import detect_centre
 from graspbench.perception.distortion import pixel_centres
 from tests.perception.drawing import INTRINSICS, paint
@@ -45,3 +45,28 @@ def test_no_or_several_objects_are_refused(balls, message):
     balls = [(np.array(centre), radius) for centre, radius in balls]
     with pytest.raises(ImageError, match=message):
         detect_centre(photographer(balls, []), StationParameters(), SilhouetteParameters())
+
+
+def test_uncertain_poses_still_lead_near_the_object():
+    exact = photographer([(np.array([0.05, 0.0, 0.04]), 0.04)], [])
+    generator = np.random.default_rng(0)
+
+    def take(station):
+        pose = station.transform_camera_to_world.copy()
+        pose[:3, 3] += generator.normal(0.0, 0.002, 3)
+        seen = exact(Station(station.name, pose))
+        return View(station.name, seen.image, Camera(INTRINSICS, station.transform_camera_to_world))
+
+    found = detect_centre(take, StationParameters(), SilhouetteParameters())
+    np.testing.assert_allclose(found, (0.05, 0.0, 0.04), atol=8e-3)
+
+
+def test_an_object_that_runs_away_is_an_error():
+    position = np.array([0.0, 0.0, 0.04])
+
+    def take(station):
+        position[0] += 0.02
+        return photographer([(position, 0.04)], [])(station)
+
+    with pytest.raises(StationError, match="still moves"):
+        detect_centre(take, StationParameters(), SilhouetteParameters())
