@@ -1,7 +1,7 @@
-"""Compile the inner loops ahead of the first trial, on two cores: ``python -m graspbench.experiment.warm_up``.
+"""Compile the inner loops ahead of the first trial, on two cores.
 
-Compiled code is kept on disk, so this is needed once after an installation. Without it the first trial
-compiles what it needs.
+``python -m graspbench.experiment.warm_up`` does it. Compiled code is kept on disk, so this is needed once
+after an installation. Without it the first trial compiles what it needs.
 """
 
 from multiprocessing import get_context
@@ -49,8 +49,7 @@ def warm_up_hand() -> None:
 def _ball() -> "Surface":
     import numpy as np
 
-    from graspbench.reconstruction.network import build_network
-    from graspbench.reconstruction.preshape import Ellipsoid
+    from graspbench.reconstruction import Ellipsoid, build_network
     from graspbench.reconstruction.sampling import sample_ellipsoid
     from graspbench.reconstruction.surface import Surface
 

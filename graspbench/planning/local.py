@@ -231,6 +231,10 @@ class _Search:
             self._try_in_order(surface, found)
         else:
             self._try_best_first(surface, found)
+            if not found:  # look closer before giving up
+                self._planes = initial_grasps(self._surfaces[0], self._n_f, 3 * self._planner.rotations)
+                self._seen = []
+                self._try_best_first(surface, found)
         if not found:
             raise self._failure()
         return max(found, key=lambda candidate: candidate.merit)
@@ -378,4 +382,3 @@ def _grasp(surface: Surface, vertices: IntArray, posture: HandPosture | None) ->
         centroid=surface.centroid,
         posture=posture,
     )
-
