@@ -7,7 +7,7 @@ import typer
 
 from graspbench.cli.arguments import Json
 
-_NAMES = ("reconstruction", "quality", "global", "clik")
+_NAMES = ("clik",)
 
 
 def _complete(incomplete: str) -> list[str]:

@@ -10,9 +10,6 @@ from graspbench.errors import ConfigurationError
 __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 
 BENCHMARKS = {
-    "reconstruction": "graspbench.bench.reconstruction",
-    "quality": "graspbench.bench.quality",
-    "global": "graspbench.bench.global_search",
     "clik": "graspbench.bench.clik",
 }
 
