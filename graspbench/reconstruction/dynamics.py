@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.reconstruction.compilation import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.parameters import SurfaceParameters
 from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_distance
 
@@ -125,7 +125,7 @@ def advance(
     for k in range(steps):
         _sum_forces(state, law, link_start, link_nodes, centre)
         state.largest_step[0] = np.sqrt(_move(state, law, fields))
-        if state.largest_step[0] < law.rest_step and state.crossings.min() > 0:
+        if state.largest_step[0] < law.rest_step and _all_crossed(state.crossings):
             state.quiet[0] += 1
             if state.quiet[0] >= law.rest_count:
                 return k + 1
@@ -134,7 +134,15 @@ def advance(
     return steps
 
 
-@compiled
+@inner
+def _all_crossed(crossings: IntArray) -> bool:
+    for count in crossings:  # noqa: SIM110 - compiled
+        if count == 0:
+            return False
+    return True
+
+
+@inner
 def _sum_forces(
     state: State, law: Law, link_start: IntArray, link_nodes: IntArray, centre: FloatArray
 ) -> None:
@@ -157,7 +165,7 @@ def _sum_forces(
         forces[a, 2] = scale * tz + law.stiffness * sz
 
 
-@compiled
+@inner
 def _move(state: State, law: Law, fields: HullFields) -> float:
     """Take one semi-implicit Euler step; return the square of its largest motion."""
     points, velocities, forces = state.points, state.velocities, state.forces
@@ -251,5 +259,7 @@ def energy(state: State, law: Law, link_start: IntArray, link_nodes: IntArray) -
             kinetic += state.velocities[a, k] ** 2
             for link in range(link_start[a], link_start[a + 1]):
                 stretch += (points[link_nodes[link], k] - points[a, k]) ** 2
+    if law.reading == OVERDAMPED:
+        kinetic = 0.0
     # Every link was met from both its ends.
     return 0.5 * law.mass * kinetic + 0.25 * law.stiffness * stretch

@@ -3,7 +3,7 @@
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.reconstruction.compilation import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_gradient
 
 SLIDE_LIMIT = 0.35
@@ -73,7 +73,10 @@ def regulate(
             nx, ny, nz = view_gradient(fields, view, x, y, z)
         step = min(max(distance, -longest_step), longest_step)
         moved[a, 0], moved[a, 1], moved[a, 2] = x - step * nx, y - step * ny, z - step * nz
-    points[:] = moved
+    # Loops here and elsewhere: assigning one array to another takes numba seconds to compile.
+    for a in range(len(points)):
+        for k in range(3):
+            points[a, k] = moved[a, k]
 
 
 @compiled
@@ -145,7 +148,7 @@ def hanging(points: FloatArray, faces: IntArray, fields: HullFields) -> float:
     return largest
 
 
-@compiled
+@inner
 def _nearest_in_triangle(
     points: FloatArray, i: int, j: int, k: int, px: float, py: float, pz: float
 ) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.reconstruction.compilation import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.network import SurfaceNetwork
 
 
@@ -92,7 +92,8 @@ def _average(
                 + (points[a, 2] - points[b, 2]) ** 2
             )
             nearest = min(nearest, square)
-        averaged[a] = normals[a]
+        for k in range(3):
+            averaged[a, k] = normals[a, k]
         for k in range(start[a], start[a + 1]):
             b = contour[k]
             square = (
@@ -108,7 +109,7 @@ def _average(
         _normalise(averaged, a)
 
 
-@compiled
+@inner
 def _normalise(vectors: FloatArray, a: int) -> None:
     x, y, z = vectors[a, 0], vectors[a, 1], vectors[a, 2]
     length = np.sqrt(x * x + y * y + z * z)

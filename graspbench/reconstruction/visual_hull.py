@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.compiled import compiled, inner
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import Camera
-from graspbench.reconstruction.compilation import compiled
 
 if TYPE_CHECKING:
     from graspbench.perception.silhouette import Silhouette
@@ -173,7 +173,7 @@ def _projection(camera: Camera, u_origin: float, v_origin: float) -> FloatArray:
     return matrix
 
 
-@compiled
+@inner
 def view_distance(fields: HullFields, view: int, x: float, y: float, z: float) -> float:
     """Return the signed distance (m) of a point to the cone of one silhouette, negative inside.
 
@@ -208,7 +208,7 @@ def view_distance(fields: HullFields, view: int, x: float, y: float, z: float) -
     return metres
 
 
-@compiled
+@inner
 def hull_distance(fields: HullFields, x: float, y: float, z: float) -> float:
     """Return the signed distance (m) of a point to the visual hull, negative inside."""
     largest = fields.ground_m - z
@@ -217,7 +217,7 @@ def hull_distance(fields: HullFields, x: float, y: float, z: float) -> float:
     return largest
 
 
-@compiled
+@inner
 def critical_view(fields: HullFields, x: float, y: float, z: float) -> tuple[int, float]:
     """Return the view that decides about a point (n_img: the ground) and the hull's signed distance (m)."""
     critical, largest = len(fields.starts), fields.ground_m - z
@@ -228,13 +228,18 @@ def critical_view(fields: HullFields, x: float, y: float, z: float) -> tuple[int
     return critical, largest
 
 
-@compiled
+@inner
 def view_gradient(fields: HullFields, view: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return the unit gradient of the signed distance to one silhouette's cone."""
-    h = GRADIENT_STEP_M
-    gx = view_distance(fields, view, x + h, y, z) - view_distance(fields, view, x - h, y, z)
-    gy = view_distance(fields, view, x, y + h, z) - view_distance(fields, view, x, y - h, z)
-    gz = view_distance(fields, view, x, y, z + h) - view_distance(fields, view, x, y, z - h)
+    gx = gy = gz = 0.0
+    for way in range(2):
+        h = GRADIENT_STEP_M * (2 * way - 1)
+        for k in range(3):
+            # In a loop, because each call written out is compiled again.
+            distance = view_distance(fields, view, x + h * (k == 0), y + h * (k == 1), z + h * (k == 2))
+            gx += h * distance * (k == 0)
+            gy += h * distance * (k == 1)
+            gz += h * distance * (k == 2)
     length = np.sqrt(gx * gx + gy * gy + gz * gz)
     if length == 0.0:
         return 0.0, 0.0, 0.0
