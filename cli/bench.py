@@ -7,7 +7,7 @@ import typer
 
 from graspbench.cli.arguments import Json
 
-_NAMES = ("clik",)
+_NAMES = ("clik", "reconstruction")
 
 
 def _complete(incomplete: str) -> list[str]:
@@ -19,21 +19,38 @@ def bench(
         list[str] | None,
         typer.Argument(metavar="[NAME]...", help=", ".join(_NAMES), autocompletion=_complete),
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Where plots go.")] = Path("results/bench"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="Where tables and plots go.")] = Path(
+        "results/bench"
+    ),
+    objects: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="Objects of the catalogue, instead of a few.")
+    ] = None,
+    quick: Annotated[
+        bool | None, typer.Option("--quick", help="Measure once and roughly, to see whether it works.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Measure this package against its peers in one run; ratios are what to quote."""
     from graspbench.bench import run_benchmarks
+    from graspbench.bench.tables import write_tables
     from graspbench.cli.printing import err, out, print_json, print_rows
 
     document = {}
-    for result in run_benchmarks(names or list(_NAMES), output, err.print):
+    chosen = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
+    for result in run_benchmarks(names or list(_NAMES), output, err.print, objects=chosen, quick=quick):
+        files = write_tables(result, output)
         document[result.name] = {
             "rows": list(result.rows),
+            **{name: list(rows) for name, rows in result.tables.items()},
             "figures": [str(path) for path in result.figures],
+            "files": [str(path) for path in files],
         }
         if not as_json:
-            print_rows(result.rows, title=result.name)
+            print_rows(result.rows, title=result.name, columns=result.shown)
+            for name, rows in result.tables.items():
+                print_rows(rows, title=f"{result.name}: {name}")
+            for path in files:
+                out.print(f"table     {path}")
             for path in result.figures:
                 out.print(f"picture   {path}")
     if as_json:

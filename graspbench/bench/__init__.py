@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 
 from graspbench.bench.result import BenchResult
@@ -11,11 +12,12 @@ __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 
 BENCHMARKS = {
     "clik": "graspbench.bench.clik",
+    "reconstruction": "graspbench.bench.reconstruction",
 }
 
 
 def run_benchmarks(
-    names: Sequence[str], output_dir: Path, say: Callable[[str], object]
+    names: Sequence[str], output_dir: Path, say: Callable[[str], object], **options: object
 ) -> Iterator[BenchResult]:
     """Run benchmarks one after the other.
 
@@ -23,15 +25,25 @@ def run_benchmarks(
         names: Any of `BENCHMARKS`.
         output_dir: Where plots go.
         say: Called with the name of each benchmark as it starts.
+        options: Arguments of the benchmarks; None leaves the default. Each benchmark takes those it knows.
 
     Raises:
-        ConfigurationError: There is no benchmark of such a name; nothing is run then.
+        ConfigurationError: There is no benchmark of such a name, or an option means nothing to any of
+            them; nothing is run then.
     """
     for name in names:
         if name not in BENCHMARKS:
             raise ConfigurationError(
                 f"unknown benchmark '{name}'", remedy=f"choose from {', '.join(BENCHMARKS)}", name=name
             )
-    for name in names:
+    wanted = {key: value for key, value in options.items() if value is not None}
+    runs = {name: import_module(BENCHMARKS[name]).run for name in names}
+    for key in wanted:
+        if not any(key in signature(run).parameters for run in runs.values()):
+            raise ConfigurationError(
+                f"--{key} means nothing to the benchmark {', '.join(names)}", remedy=f"leave --{key} out"
+            )
+    for name, run in runs.items():
         say(f"measuring {name}")
-        yield import_module(BENCHMARKS[name]).run(output_dir=output_dir)
+        known = signature(run).parameters
+        yield run(output_dir=output_dir, **{key: value for key, value in wanted.items() if key in known})

@@ -18,12 +18,14 @@ class OrientedCloud:
         points: Shape (n, 3).
         normals: Unit normals, shape (n, 3).
         spacing_m: Largest distance between neighbours.
+        areas: Share of the surface that each point stands for (any unit), shape (n,); None: all alike.
         tree: The points, for searches.
     """
 
     points: FloatArray
     normals: FloatArray
     spacing_m: float
+    areas: FloatArray | None = None
     tree: KDTree = field(init=False)
 
     def __post_init__(self) -> None:
@@ -66,7 +68,8 @@ def triangle_cloud(points: FloatArray, faces: IntArray, *, spacing_m: float = 0.
     corners, normals = corners[lengths > 0], normals[lengths > 0] / lengths[lengths > 0, None]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     steps = np.maximum(1, np.ceil(longest / spacing_m)).astype(np.int64)
-    clouds, directions = [], []
+    clouds, directions, areas = [], [], []
+    face_areas = 0.5 * lengths[lengths > 0]
     for count in np.unique(steps):
         i, j = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
         low = i + j < count
@@ -81,7 +84,8 @@ def triangle_cloud(points: FloatArray, faces: IntArray, *, spacing_m: float = 0.
             ).reshape(-1, 3)
         )
         directions.append(np.repeat(normals[steps == count], len(u), axis=0))
-    return OrientedCloud(np.concatenate(clouds), np.concatenate(directions), spacing_m)
+        areas.append(np.repeat(face_areas[steps == count] / len(u), len(u)))
+    return OrientedCloud(np.concatenate(clouds), np.concatenate(directions), spacing_m, np.concatenate(areas))
 
 
 def hausdorff(a: OrientedCloud, b: OrientedCloud) -> float:
