@@ -7,12 +7,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from graspbench.planning.index import INDICES, Index, Moves, make_index
-from graspbench.planning.parameters import BarrierParameters, PathParameters, PlannerParameters
+from graspbench.planning.parameters import (
+    BarrierParameters,
+    PathParameters,
+    PlannerParameters,
+    RefineParameters,
+)
 
 if TYPE_CHECKING:
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local
+    from graspbench.planning.refinement import RefinedGrasp, refine
     from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
 
@@ -28,12 +34,15 @@ __all__ = [
     "Moves",
     "PathParameters",
     "PlannerParameters",
+    "RefineParameters",
+    "RefinedGrasp",
     "SearchParameters",
     "fingertip_paths",
     "grip_geometry",
     "make_index",
     "plan_global",
     "plan_local",
+    "refine",
     "track",
 ]
 
@@ -43,11 +52,13 @@ _HOMES = {
     "GripGeometry": "grip_plane",
     "JointPath": "tracking",
     "LocalPlan": "local",
+    "RefinedGrasp": "refinement",
     "SearchParameters": "global_search",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
     "plan_global": "global_search",
     "plan_local": "local",
+    "refine": "refinement",
     "track": "tracking",
 }
 

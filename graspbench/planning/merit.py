@@ -87,15 +87,18 @@ def _merit_bounds(
     return bounds
 
 
-def support_bounds(maps: FloatArray, quality: QualityParameters, *, tight: bool = True) -> FloatArray:
+def support_bounds(
+    maps: FloatArray, quality: QualityParameters, *, tight: bool = True, directions: int | None = None
+) -> FloatArray:
     """Return upper bounds of Q3, shape (n,), from wrench maps of shape (n, n_f, d, n_basis).
 
     The ball's radius is the least support over all directions, so the least over any set bounds it: a fixed
-    set, and for ``tight`` bounds also what a descent from the best of them meets.
+    set (only the first ``directions`` of it, if given), and for ``tight`` bounds also what a descent from the
+    best of them meets.
     """
     wrenches = quality.polytope().vertices @ np.swapaxes(maps, -1, -2)
     size = maps.shape[-2]
-    supports = _supports(wrenches, _directions(size).T[None], quality.norm)
+    supports = _supports(wrenches, _directions(size)[:directions].T[None], quality.norm)
     bounds = supports.min(axis=-1)
     if tight and quality.norm == "l1":
         starts = np.argsort(supports, axis=-1)[:, :_WALKS]

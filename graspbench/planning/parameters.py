@@ -55,6 +55,20 @@ class PathParameters:
 
 
 @dataclass(frozen=True)
+class RefineParameters:
+    """How long a grasp is refined."""
+
+    jumps: Annotated[
+        int, Field(ge=0, description="Jumps in a row that lead to nothing better, after which to stop")
+    ] = 6
+    draws: Annotated[int, Field(ge=1, description="Random grasps, the best of which a jump goes to")] = 1000
+    jump_down: Annotated[
+        float, Field(gt=0, le=1, description="Share of the measure that a jump has to keep at least")
+    ] = 0.5
+    seed: Annotated[int, Field(ge=0, description="Seed of the jumps")] = 0
+
+
+@dataclass(frozen=True)
 class PlannerParameters:
     """How the local planner searches."""
 
@@ -94,4 +108,7 @@ class PlannerParameters:
     )
     paths: Annotated[PathParameters, Field(description="Fingertip paths")] = field(
         default_factory=PathParameters
+    )
+    refine: Annotated[RefineParameters, Field(description="Refinement of a grasp by a measure")] = field(
+        default_factory=RefineParameters
     )
