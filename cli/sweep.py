@@ -1,11 +1,16 @@
 """``graspbench sweep``: a grid of trials."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
+
+if TYPE_CHECKING:
+    from graspbench.experiment import PlannedTrial, ResultStore, SweepOptions
+
+_INTERRUPTED = 130
 
 
 def sweep(
@@ -14,8 +19,11 @@ def sweep(
         "results/sweep"
     ),
     jobs: Annotated[
-        int, typer.Option(min=0, help="Trials at a time; 0 runs them in this process, for debugging.")
-    ] = 1,
+        int | None,
+        typer.Option(
+            min=0, help="Trials at a time; 0 runs them in this process, for debugging.", show_default="1"
+        ),
+    ] = None,
     resume: Annotated[bool, typer.Option(help="Skip trials that have a result.")] = True,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run trials again that failed.")
@@ -24,34 +32,34 @@ def sweep(
     timeout: Annotated[
         float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
     ] = None,
+    memory: Annotated[
+        float | None,
+        typer.Option(min=1, help="MB a trial may take beyond its worker's own.", show_default=False),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the grid, run nothing.")] = False,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
     """Run a grid of trials, for example: sweep object=teddy,bottle index.k_cm=0,1 'seed=range(0,5)'."""
     from graspbench.cli.printing import err, print_json, print_rows
-    from graspbench.experiment import ResultStore, SweepOptions, plan_sweep, run_sweep
+    from graspbench.experiment import ResultStore, SweepOptions, load_engine, plan_sweep, split_engine
 
+    ours, grid = split_engine(overrides or [])
+    engine = load_engine(ours, config_dir, jobs)
     store = ResultStore(output)
-    options = SweepOptions(jobs, resume, retry_failed, fail_fast, timeout)
-    trials = plan_sweep(overrides or [], store, options, config_dir)
-    grid = [
+    options = SweepOptions(engine.jobs, resume, retry_failed, fail_fast, timeout, memory, engine)
+    trials = plan_sweep(grid, store, options, config_dir)
+    rows = [
         {"trial": trial.config.trial_id, "state": trial.state, "overrides": " ".join(trial.overrides)}
         for trial in trials
     ]
     if dry_run:
-        print_json(grid) if as_json else print_rows(grid, title=f"{len(grid)} trials")
+        print_json(rows) if as_json else print_rows(rows, title=f"{len(rows)} trials")
         return
     new = sum(trial.state == "new" for trial in trials)
     err.print(f"{len(trials)} trials: {new} to run, {len(trials) - new} there already")
-    names = {row["trial"]: row["overrides"] for row in grid}
     try:
-        for count, result in enumerate(run_sweep(trials, store, options), 1):
-            reason = f": {result['reason']}" if result["reason"] else ""
-            err.print(
-                f"{count}/{new} {result['trial_id']} {result['status']}{reason}"
-                f"  [dim]{names[result['trial_id']]}[/dim]"
-            )
+        _run(trials, new, store, options)
     finally:
         if store.root.is_dir():
             store.write_table()
@@ -60,17 +68,35 @@ def sweep(
     if as_json:
         print_json(results)
     else:
-        _print_outcome(results, output)
+        _print_outcome(results, len(trials), output)
+    if options.stop.is_set() and not fail_fast:
+        raise typer.Exit(_INTERRUPTED)
     if len(results) < len(trials) or any(result["status"] != "done" for result in results):
         raise typer.Exit(1)
 
 
-def _print_outcome(results: list[dict[str, object]], output: Path) -> None:
+def _run(trials: "list[PlannedTrial]", new: int, store: "ResultStore", options: "SweepOptions") -> None:
+    from graspbench.cli.progress import SweepProgress, interruptible
+    from graspbench.experiment import run_sweep
+
+    common = set.intersection(*(set(trial.overrides) for trial in trials)) if len(trials) > 1 else set()
+    names = {
+        trial.config.trial_id: " ".join(word for word in trial.overrides if word not in common)
+        for trial in trials
+    }
+    with SweepProgress(new, names) as progress, interruptible(options.stop):
+        for result in run_sweep(trials, store, options):
+            progress.add(result)
+
+
+def _print_outcome(results: list[dict[str, Any]], total: int, output: Path) -> None:
     from graspbench.cli.printing import out
 
     counts: dict[str, int] = {}
     for result in results:
         counts[str(result["status"])] = counts.get(str(result["status"]), 0) + 1
+    if len(results) < total:
+        counts["not run"] = total - len(results)
     out.print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
     out.print(f"results   {output / 'trials.csv'}")
     out.print(f"next      graspbench report {output}")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         load_manipulation_config,
         manipulation_config_from_tree,
     )
+    from graspbench.experiment.engine import EngineParameters, load_engine, split_engine
     from graspbench.experiment.manipulation import manipulate_and_store
     from graspbench.experiment.runner import run_and_store
     from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from graspbench.experiment.trial import run_trial
 
 _HOMES = {
+    "EngineParameters": "engine",
     "ManipulationConfig": "config",
     "PlannedTrial": "sweep",
     "ResultStore": "store",
@@ -36,6 +38,7 @@ _HOMES = {
     "expand_sweep": "compose",
     "group_options": "compose",
     "load_config": "config",
+    "load_engine": "engine",
     "load_manipulation_config": "config",
     "load_results": "store",
     "manipulate_and_store": "manipulation",
@@ -45,10 +48,12 @@ _HOMES = {
     "run_and_store": "runner",
     "run_sweep": "sweep",
     "run_trial": "trial",
+    "split_engine": "engine",
     "to_json": "store",
 }
 
 __all__ = [
+    "EngineParameters",
     "ManipulationConfig",
     "PlannedTrial",
     "ResultStore",
@@ -61,6 +66,7 @@ __all__ = [
     "expand_sweep",
     "group_options",
     "load_config",
+    "load_engine",
     "load_manipulation_config",
     "load_results",
     "manipulate_and_store",
@@ -70,6 +76,7 @@ __all__ = [
     "run_and_store",
     "run_sweep",
     "run_trial",
+    "split_engine",
     "to_json",
 ]
 

@@ -50,6 +50,8 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     for root in filter(None, (CONF_DIR, config_dir)):
         for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
             group = path.parent.relative_to(root).as_posix()
+            if group == "engine":  # of a sweep, not of a trial
+                continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
                 options.setdefault(group, set()).add(path.stem)
     options.setdefault("index", set()).update(_plugin_indices())

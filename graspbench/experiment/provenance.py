@@ -3,6 +3,7 @@
 import os
 import platform
 import subprocess
+import time
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
@@ -24,13 +25,24 @@ _LIBRARIES = (
 )
 
 
-def provenance() -> dict[str, object]:
-    """Return the provenance that every result carries."""
+def provenance(started: float | None = None) -> dict[str, object]:
+    """Return the provenance that every result carries.
+
+    Args:
+        started: When the trial was begun, seconds since the epoch; None if that is not known.
+    """
+    now = time.time()
     return {
         **_fixed_provenance(),
-        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "started": None if started is None else _stamp(started),
+        "finished": _stamp(now),
+        "seconds": None if started is None else now - started,
         "process": os.getpid(),
     }
+
+
+def _stamp(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")
 
 
 @lru_cache(maxsize=1)
@@ -40,6 +52,7 @@ def _fixed_provenance() -> dict[str, object]:
         "git": _git_state(),
         "python": platform.python_version(),
         "libraries": {name: _version(name) for name in _LIBRARIES},
+        "host": platform.node(),
         "platform": platform.platform(),
         "cpu": _cpu_name(),
         "cores": os.cpu_count(),

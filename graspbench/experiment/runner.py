@@ -1,6 +1,10 @@
 """One trial, run and stored."""
 
+import shutil
+import time
+import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -9,12 +13,17 @@ from graspbench.errors import InputError, TrialError
 from graspbench.experiment.config import TrialConfig
 from graspbench.experiment.provenance import provenance
 from graspbench.experiment.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, to_json
-from graspbench.experiment.trial import run_trial
 from graspbench.record import TrialLog
+
+ERROR_FILE = "error.txt"
 
 
 def run_and_store(
-    config: TrialConfig, store: ResultStore, *, on_stage: Callable[[str, float], None] | None = None
+    config: TrialConfig,
+    store: ResultStore,
+    *,
+    on_stage: Callable[[str, float], None] | None = None,
+    contain: bool = False,
 ) -> dict[str, Any]:
     """Run one trial and write its folder: configuration, result, log and pictures.
 
@@ -22,6 +31,7 @@ def run_and_store(
         config: The trial.
         store: Where its folder goes.
         on_stage: Called with each stage's name and seconds.
+        contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
 
     Returns:
         The content of ``result.json``; status "failed" with the reason when the trial could not be
@@ -30,39 +40,63 @@ def run_and_store(
     Raises:
         InputError: What the user gave cannot be used; nothing is written.
     """
+    from graspbench.experiment.trial import run_trial  # loads the simulator
+
+    started, text = time.time(), _yaml(config)
     with store.writing(config.trial_id) as folder:
-        (folder / "config.yaml").write_text(_yaml(config), encoding="utf-8")
+        (folder / "config.yaml").write_text(text, encoding="utf-8")
         try:
-            with TrialLog(folder / "trial.mcap", config.record.level) as log:
-                log.attach("config.yaml", _yaml(config))
+            with TrialLog(folder / "trial.mcap", config.record) as log:
+                log.attach("config.yaml", text)
+                log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
                 outcome = run_trial(config, log=log, picture_dir=folder, on_stage=on_stage)
             result = {**_header(config, "done", None), **outcome}
-        except InputError:
-            raise
-        except TrialError as error:
-            result = {**_header(config, "failed", str(error)), "success": False}
-        result["provenance"] = provenance()
+        except Exception as error:
+            if isinstance(error, InputError) and not contain:
+                raise
+            if not isinstance(error, TrialError) and not contain:
+                raise
+            (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
+            result = {**_header(config, "failed", _reason(error)), "success": False}
+        result["provenance"] = provenance(started)
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
 
 
 def failed_result(
-    config: TrialConfig, store: ResultStore, status: str, reason: str, details: str | None
+    config: TrialConfig, store: ResultStore, status: str, reason: str, details: str | None = None
 ) -> dict[str, Any]:
-    """Store the result of a trial that could not be finished and return it."""
+    """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
     result = {**_header(config, status, reason), "success": False, "provenance": provenance()}
+    remains = store.remains(config.trial_id)
     with store.writing(config.trial_id) as folder:
         (folder / "config.yaml").write_text(_yaml(config), encoding="utf-8")
+        for log in (path for left in remains for path in left.glob("*.mcap.partial")):
+            shutil.copyfile(log, folder / log.name)
         if details:
-            (folder / "error.txt").write_text(details, encoding="utf-8")
+            (folder / ERROR_FILE).write_text(details, encoding="utf-8")
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
+
+
+def fault_file(root: Path, trial_id: str) -> Path:
+    """Return where a worker's last traceback goes when a signal or the time limit ends it."""
+    return root / f".{trial_id}.fault"
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, MemoryError):
+        return "memory: the trial needed more than its limit."
+    if isinstance(error, InputError | TrialError):
+        return str(error)
+    return f"unexpected {type(error).__name__}: {error}"
 
 
 def _header(config: TrialConfig, status: str, reason: str | None) -> dict[str, Any]:
     tree = config.as_tree()
     return {
         "schema": SCHEMA_VERSION,
+        "kind": "trial",
         "trial_id": config.trial_id,
         "status": status,
         "reason": reason,

@@ -1,11 +1,13 @@
 """The results folder: one folder a trial, written whole or not at all.
 
-A trial is written into ``.<trial id>.<process>.partial`` and renamed when it is complete; the table
-``trials.csv`` is made anew from the trials' ``result.json`` files and replaced in one step. A process
-that is killed leaves at most a ``.partial`` folder, or the trial it was replacing as ``.<trial id>.old``,
-which is then read instead; never half a result.
+A trial is written into ``.<trial id>.<process>.partial`` and renamed when it is complete; the tables
+``trials.csv`` and ``trials.parquet`` are made anew from the trials' ``result.json`` files and replaced in
+one step. A process that is killed leaves at most a ``.partial`` folder, or the trial it was replacing as
+``.<trial id>.old``, which is then read instead; never half a result.
 """
 
+import fcntl
+import io
 import json
 import math
 import os
@@ -16,13 +18,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graspbench.errors import LogError
+from graspbench.experiment.migrations import SCHEMA_VERSION, migrate
 
 if TYPE_CHECKING:
     import pandas as pd
 
+__all__ = [
+    "RESULT_FILE",
+    "SCHEMA_VERSION",
+    "ResultStore",
+    "load_results",
+    "read_result",
+    "results_frame",
+    "to_json",
+    "write_atomically",
+]
+
 RESULT_FILE = "result.json"
 TABLE_FILE = "trials.csv"
-SCHEMA_VERSION = 1
+_CLAIMS_FILE = ".claims"
 
 
 class ResultStore:
@@ -46,13 +60,32 @@ class ResultStore:
         path = self.folder(trial_id) / RESULT_FILE
         return read_result(path) if path.is_file() else None
 
+    def version(self, trial_id: str) -> int | None:
+        """Return a number that changes when a trial's result is written anew; None when there is none."""
+        try:
+            return (self.folder(trial_id) / RESULT_FILE).stat().st_mtime_ns
+        except FileNotFoundError:
+            return None
+
+    @contextmanager
+    def claim(self, trial_id: str) -> Iterator[bool]:
+        """Claim a trial for this process; gives whether nobody else has it.
+
+        Two sweeps in one folder, also on two machines that share it, so never run a trial at the same
+        time. A claim is a lock on one byte of one file: it ends with the process, however that ends.
+        """
+        self.root.mkdir(parents=True, exist_ok=True)
+        with (self.root / _CLAIMS_FILE).open("ab") as stream:
+            try:
+                fcntl.lockf(stream, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(trial_id, 16))
+            except OSError:
+                yield False
+            else:
+                yield True
+
     @contextmanager
     def writing(self, trial_id: str) -> Iterator[Path]:
-        """Give a folder to write a trial into; it takes its final name on a clean exit.
-
-        An exception leaves what was logged so far in the ``.partial`` folder when it holds a log worth
-        recovering, and removes it otherwise.
-        """
+        """Give a folder to write a trial into; it gets its final name on a clean exit, else it goes."""
         partial = self.root / f".{trial_id}.{os.getpid()}.partial"
         shutil.rmtree(partial, ignore_errors=True)
         partial.mkdir(parents=True)
@@ -62,6 +95,12 @@ class ResultStore:
             self._discard(partial)
             raise
         self._publish(partial, self.root / trial_id)
+        for left in self.remains(trial_id):
+            shutil.rmtree(left, ignore_errors=True)
+
+    def remains(self, trial_id: str) -> list[Path]:
+        """Return the folders of a trial that processes left behind when they were killed."""
+        return sorted(self.root.glob(f".{trial_id}.*.partial"))
 
     def results(self) -> list[dict[str, Any]]:
         """Return every finished trial's result, ordered by trial id."""
@@ -70,9 +109,10 @@ class ResultStore:
         return [result for trial_id in sorted(ids) if (result := self.result(trial_id)) is not None]
 
     def write_table(self) -> Path:
-        """Rebuild ``trials.csv`` from the trials' results and return its path."""
-        path = self.root / TABLE_FILE
-        write_atomically(path, results_frame(self.results()).to_csv(index=False))
+        """Rebuild ``trials.csv`` and ``trials.parquet`` from the results; return the former's path."""
+        path, frame = self.root / TABLE_FILE, results_frame(self.results())
+        write_atomically(path, frame.to_csv(index=False))
+        write_atomically(path.with_suffix(".parquet"), parquet_bytes(frame))
         return path
 
     def _publish(self, partial: Path, final: Path) -> None:
@@ -101,7 +141,7 @@ def _old(final: Path) -> Path:
 
 
 def read_result(path: Path) -> dict[str, Any]:
-    """Read a ``result.json``.
+    """Read a ``result.json`` of this version or an older one.
 
     Raises:
         LogError: The file cannot be read, or is of a newer schema than this version knows.
@@ -112,14 +152,7 @@ def read_result(path: Path) -> dict[str, Any]:
         raise LogError(
             f"the result {path} cannot be read ({error})", remedy="run its trial again", path=path
         ) from error
-    schema = result.get("schema") if isinstance(result, dict) else None
-    if schema != SCHEMA_VERSION:
-        raise LogError(
-            f"the result {path} has schema {schema!r}, this version reads {SCHEMA_VERSION}",
-            remedy="use the version of graspbench that wrote it",
-            path=path,
-        )
-    return dict(result)
+    return migrate(result, path)
 
 
 def load_results(folders: list[Path]) -> list[dict[str, Any]]:
@@ -150,12 +183,22 @@ def results_frame(results: list[dict[str, Any]]) -> "pd.DataFrame":
     return pd.DataFrame(rows, columns=columns)
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file so that readers see the old content or the new, never a part."""
+def parquet_bytes(frame: "pd.DataFrame") -> bytes:
+    """Return a table of trials as a Parquet file: columns keep their types, missing values are null."""
+    typed = frame.convert_dtypes()
+    for name in typed.select_dtypes(object):  # values of several kinds
+        typed[name] = typed[name].map(str, na_action="ignore").astype("string")
+    buffer = io.BytesIO()
+    typed.to_parquet(buffer, index=False)
+    return buffer.getvalue()
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file so that readers see the old content or the new, never a part."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    with temporary.open("w", encoding="utf-8") as stream:
-        stream.write(text)
+    with temporary.open("wb") as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
         stream.flush()
         os.fsync(stream.fileno())
     os.replace(temporary, path)

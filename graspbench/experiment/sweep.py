@@ -1,18 +1,16 @@
-"""Many trials: the grid, the engine that runs it, and what becomes of each trial."""
+"""Many trials: the grid, and the engine that runs it."""
 
-import traceback
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import TimeoutError as FutureTimeoutError
-from dataclasses import dataclass
-from multiprocessing import get_context
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from graspbench.errors import GraspbenchError
-from graspbench.experiment.compose import Tree, compose_tree, expand_sweep
+from graspbench.experiment.compose import compose_tree, expand_sweep
 from graspbench.experiment.config import TrialConfig, config_from_tree
-from graspbench.experiment.runner import failed_result, run_and_store
+from graspbench.experiment.engine import EngineParameters
 from graspbench.experiment.store import ResultStore
+from graspbench.experiment.worker import Limits, Task, run_task
 
 
 @dataclass(frozen=True)
@@ -23,11 +21,13 @@ class PlannedTrial:
         overrides: The overrides that make it.
         config: Its configuration.
         state: "new", or the status of the result that is there already.
+        version: The version of the result that is there, if any (`ResultStore.version`).
     """
 
     overrides: tuple[str, ...]
     config: TrialConfig
     state: str
+    version: int | None = None
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,13 @@ class SweepOptions:
     """How a sweep is run; nothing here changes a result.
 
     Attributes:
-        jobs: Trials at a time; 0 runs them one by one in this process, for debugging.
+        jobs: Trials at a time of the engine ``local``; 0 runs them one by one in this process.
         resume: Skip the trials that have a result.
         retry_failed: Run those again whose result is not "done".
         fail_fast: Stop at the first trial that is not "done".
         timeout_s: Wall time a trial may take; None for no limit.
+        memory_mb: Memory a trial may take beyond its worker's own; None for no limit.
+        engine: Where the trials are run; None for ``jobs`` processes on this machine.
     """
 
     jobs: int = 1
@@ -47,6 +49,9 @@ class SweepOptions:
     retry_failed: bool = False
     fail_fast: bool = False
     timeout_s: float | None = None
+    memory_mb: float | None = None
+    engine: EngineParameters | None = None
+    stop: threading.Event = field(default_factory=threading.Event, compare=False)
 
 
 def plan_sweep(
@@ -60,11 +65,15 @@ def plan_sweep(
     planned: dict[str, PlannedTrial] = {}
     for cell in expand_sweep(overrides, config_dir):
         config = config_from_tree(compose_tree(cell, config_dir))
-        done = store.result(config.trial_id) if options.resume else None
+        trial_id = config.trial_id
+        if trial_id in planned:
+            continue
+        version = store.version(trial_id)
+        done = store.result(trial_id) if options.resume and version is not None else None
         state = str(done["status"]) if done else "new"
         if options.retry_failed and state not in {"new", "done"}:
             state = "new"
-        planned.setdefault(config.trial_id, PlannedTrial(cell, config, state))
+        planned[trial_id] = PlannedTrial(cell, config, state, version)
     return list(planned.values())
 
 
@@ -74,72 +83,42 @@ def run_sweep(
     """Run the new trials of a grid and yield each result as it is finished and stored.
 
     A trial that raises, hangs or takes its process down becomes a result with status "failed", "timeout"
-    or "crashed" and never touches the others.
+    or "crashed" and never touches the others. Setting ``options.stop`` ends the sweep after the trials that
+    are running.
     """
-    new = [trial for trial in trials if trial.state == "new"]
-    results = _run_inline(new, store) if options.jobs == 0 else _run_in_processes(new, store, options)
+    tasks = [Task(trial.config, trial.version) for trial in trials if trial.state == "new"]
+    results = _engine(tasks, store, options)
     for result in results:
         yield result
         if options.fail_fast and result["status"] != "done":
+            options.stop.set()
+
+
+def _engine(tasks: Sequence[Task], store: ResultStore, options: SweepOptions) -> Iterator[dict[str, Any]]:
+    engine = options.engine or _default_engine(options.jobs)
+    limits = Limits(options.timeout_s, options.memory_mb)
+    if not tasks:
+        return iter(())
+    if engine.name == "inline":
+        return _run_inline(tasks, store, options)
+    if engine.name == "slurm":
+        from graspbench.experiment.slurm_engine import run_slurm
+
+        return run_slurm(tasks, store.root, engine, limits, options.stop)
+    from graspbench.experiment.local_engine import run_local
+
+    return run_local(tasks, store.root, engine.jobs, limits, options.stop)
+
+
+def _default_engine(jobs: int) -> EngineParameters:
+    return EngineParameters(jobs=jobs) if jobs else EngineParameters(name="inline")
+
+
+def _run_inline(tasks: Sequence[Task], store: ResultStore, options: SweepOptions) -> Iterator[dict[str, Any]]:
+    for task in tasks:
+        if options.stop.is_set():
             return
-
-
-def _run_inline(trials: Sequence[PlannedTrial], store: ResultStore) -> Iterator[dict[str, Any]]:
-    for trial in trials:
-        yield _run_one(trial.config.as_tree(), store.root)
-
-
-def _run_in_processes(
-    trials: Sequence[PlannedTrial], store: ResultStore, options: SweepOptions
-) -> Iterator[dict[str, Any]]:
-    """Run trials in worker processes that stay warm and may die alone."""
-    from pebble import ProcessExpired, ProcessPool
-
-    pool = ProcessPool(max_workers=options.jobs, context=get_context("spawn"))
-    try:
-        futures = {
-            pool.schedule(
-                _run_one, args=(trial.config.as_tree(), store.root), timeout=options.timeout_s
-            ): trial.config
-            for trial in trials
-        }
-        for future in _as_completed(futures):
-            config = futures[future]
-            try:
-                yield future.result()
-            except FutureTimeoutError:
-                reason = f"the trial took longer than {options.timeout_s:g} s"
-                yield _store_failure(config, store, "timeout", reason)
-            except ProcessExpired as error:
-                reason = f"the trial's process ended with exit code {error.exitcode}"
-                yield _store_failure(config, store, "crashed", reason)
-    finally:
-        pool.stop()
-        pool.join()
-
-
-def _as_completed(futures: dict[Any, TrialConfig]) -> Iterator[Any]:
-    from concurrent.futures import as_completed
-
-    yield from as_completed(futures)
-
-
-def _run_one(tree: Tree, root: Path) -> dict[str, Any]:
-    """Run and store one trial; whatever it raises becomes its result."""
-    store, config = ResultStore(root), config_from_tree(tree)
-    try:
-        return run_and_store(config, store)
-    except GraspbenchError as error:
-        return _store_failure(config, store, "failed", str(error))
-    except Exception as error:
-        details = "".join(traceback.format_exception(error))
-        return _store_failure(config, store, "failed", f"unexpected {type(error).__name__}: {error}", details)
-
-
-def _store_failure(
-    config: TrialConfig, store: ResultStore, status: str, reason: str, details: str | None = None
-) -> dict[str, Any]:
-    return failed_result(config, store, status, reason, details)
-
-
-ProgressListener = Callable[[dict[str, Any]], None]
+        if run_task(task, store.root):
+            result = store.result(task.config.trial_id)
+            assert result is not None, "it has just been stored"
+            yield result

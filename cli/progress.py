@@ -1,0 +1,95 @@
+"""How a sweep tells how far it is: a bar on a terminal, a line now and then elsewhere."""
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from graspbench.cli.printing import err
+
+_QUIET_S = 10.0
+
+
+class SweepProgress:
+    """Counts results and shows rate, remaining time and failures on stderr.
+
+    Args:
+        total: How many trials are to be run.
+        names: What to call each trial, by its id.
+    """
+
+    def __init__(self, total: int, names: dict[str, str]) -> None:
+        self._total, self._names = total, names
+        self._started = self._said = time.monotonic()
+        self._done = self._bad = 0
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[pace]}"),
+            console=err,
+            disable=not err.is_terminal,
+        )
+        self._task = self._bar.add_task("trials", total=total, pace="")
+
+    def __enter__(self) -> "SweepProgress":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def add(self, result: dict[str, Any]) -> None:
+        """Count a finished trial; a failure is shown at once, in one line."""
+        self._done += 1
+        if result["status"] != "done":
+            self._bad += 1
+            trial_id = result["trial_id"]
+            reason = str(result["reason"] or "").splitlines()[0]
+            self._bar.console.print(
+                f"[red]{result['status']}[/red] {trial_id} [dim]{self._names.get(trial_id, '')}[/dim]",
+                end=" ",
+            )
+            self._bar.console.print(reason, markup=False)
+        self._bar.update(self._task, completed=self._done, pace=self.pace())
+        now = time.monotonic()
+        if self._bar.disable and (now - self._said > _QUIET_S or self._done == self._total):
+            self._said = now
+            err.print(f"{self._done}/{self._total} trials, {self.pace()}", markup=False)
+
+    def pace(self) -> str:
+        """Return rate, remaining time and number of failures in words."""
+        elapsed = time.monotonic() - self._started
+        rate = self._done / elapsed if elapsed > 0 else 0.0
+        left = (self._total - self._done) / rate if rate > 0 else 0.0
+        words = f"{rate * 60:.3g}/min, {_span(left)} left"
+        return f"{words}, {self._bad} not done" if self._bad else words
+
+
+@contextmanager
+def interruptible(stop: threading.Event) -> Iterator[None]:
+    """Let the first Ctrl-C set ``stop`` and the second one raise `KeyboardInterrupt`."""
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+        err.print("finishing the trials that are running; Ctrl-C again ends them at once")
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _span(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
