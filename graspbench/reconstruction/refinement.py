@@ -12,10 +12,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.geometry.intersections import self_intersections
 from graspbench.reconstruction.border import sample_border
 from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.regulation import NEAR_M, hanging, regulate, uncovered
 from graspbench.reconstruction.solid import vertex_normals
+from graspbench.reconstruction.unfolding import unfold
 from graspbench.reconstruction.visual_hull import VisualHull
 
 SLIDING = 0.1
@@ -37,8 +39,10 @@ LONGEST_STEP_M = 1e-3
 FINE_SHARE = 0.2
 """A distance to the hull that is this share of a link is as good as flat faces can be."""
 
-PATIENCE = 25
+PATIENCE = 40
 """Steps without an improvement that end the refinement."""
+
+UNFOLDING_ROUNDS = 2
 
 
 def refine(
@@ -54,31 +58,51 @@ def refine(
 
     Yields:
         The best surface so far, shape (n_s, 3): the one with the smallest two-sided distance to the
-        hull. Ends when that distance is a small share of the links or has stopped shrinking.
+        hull. Ends when that distance is a small share of the links or has stopped shrinking; the last one
+        is the best that does not cross itself, if there is any.
     """
     link_m = _mean_link(points, network)
     samples = sample_border(hull, points.min(axis=0), points.max(axis=0), link_m / SAMPLES_PER_LINK)
     face_start, node_faces = _faces_around(network)
-    current, best, moved = points.copy(), points.copy(), np.empty_like(points)
+    current, moved = points.copy(), np.empty_like(points)
     worst, pulls = np.empty(len(points)), np.empty_like(points)
+    improvements: list[FloatArray] = []
     smallest, waited = np.inf, 0
     for step in range(max_steps):
         if step:
-            _regulate(current, moved, hull, network, SLIDING, NEAR_M)
-            for _ in range(2):
-                _regulate(current, moved, hull, network, 0.0, np.inf)
+            _move(current, moved, hull, network)
         nearest = np.asarray(KDTree(current).query(samples, k=CANDIDATES)[1], dtype=np.int64)
         missed = uncovered(current, network.faces, face_start, node_faces, samples, nearest, worst, pulls)
         gap = max(missed, hanging(current, network.faces, hull.fields))
         waited += 1
         if gap < smallest:
             smallest, waited = gap, 0
-            best[:] = current
-        yield best
+            improvements.append(current.copy())
+        yield improvements[-1]
         if smallest < FINE_SHARE * link_m or waited >= PATIENCE:
-            return
+            break
         drawn = worst > WORST_SHARE * missed
         current[drawn] += DRAW * pulls[drawn]
+    yield _best_uncrossed(improvements, network)
+
+
+def _move(points: FloatArray, moved: FloatArray, hull: VisualHull, network: SurfaceNetwork) -> None:
+    """Slide the nodes, pull them to the hull, and smooth out folds."""
+    _regulate(points, moved, hull, network, SLIDING, NEAR_M)
+    for _ in range(2):
+        _regulate(points, moved, hull, network, 0.0, np.inf)
+    for _ in range(UNFOLDING_ROUNDS):
+        if not unfold(points, network):
+            break
+        _regulate(points, moved, hull, network, 0.0, np.inf)
+
+
+def _best_uncrossed(improvements: list[FloatArray], network: SurfaceNetwork) -> FloatArray:
+    """Return the last surface that does not cross itself; the very last if all do."""
+    for points in reversed(improvements):
+        if not self_intersections(points, network.faces).any():
+            return points
+    return improvements[-1]
 
 
 def _regulate(

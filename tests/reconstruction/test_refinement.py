@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from graspbench.bench.hull_reference import hausdorff, hull_border, triangle_cloud
 from graspbench.errors import ReconstructionError
+from graspbench.geometry.intersections import self_intersections
 from graspbench.reconstruction import SurfaceParameters, VisualHull, reconstruct
 from graspbench.reconstruction.border import sample_border
 from graspbench.reconstruction.regulation import uncovered
@@ -20,12 +21,14 @@ CENTROID = SurfaceParameters(nodes=902)
 def test_pull_along_normals_reaches_what_the_centroid_cannot_see(name):
     shapes = scene(name)
     reference = hull_border(VisualHull(shapes.silhouettes), *shapes.mesh.bounds, spacing_m=1e-3)
-    gaps = {}
+    crossed, gaps = {}, {}
     for pull in ("centroid", "normal"):
         *_, last = reconstruct(shapes.silhouettes, replace(CENTROID, pull=pull))
         assert last.at_rest
         gaps[pull] = hausdorff(triangle_cloud(last.points, last.network.faces, spacing_m=1e-3), reference)
+        crossed[pull] = self_intersections(last.points, last.network.faces).any()
     assert gaps["normal"] < 0.8 * gaps["centroid"]
+    assert not any(crossed.values())
 
 
 def test_refinement_only_improves_from_snapshot_to_snapshot():
