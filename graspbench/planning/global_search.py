@@ -1,24 +1,27 @@
 """Global search: the best of all grasps on a reconstructed surface (thesis 3.6, serial approach)."""
 
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Annotated, Protocol
 
 import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.grasp.closure import force_closure
+from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.posture import HandPosture
-from graspbench.planning.ascent import Measure, climb
+from graspbench.planning.search.climb import first_grasps, meets_limits
+from graspbench.planning.search.engine import Progress, branch_and_bound, combinations_count
+from graspbench.planning.search.layout import Layout, lay_out
+from graspbench.planning.search.objectives import Objective, make_objective
 from graspbench.reconstruction.surface import Surface
 
-# Nodes that are combined, by the number of contacts: some 10 000 to 60 000 combinations.
-_SAMPLE = {2: 300, 3: 70, 4: 32}
+GLOBAL_MEASURES = ("q1", "q2", "q3", "mirtich_canny")
+"""Measures that can be searched for."""
 
 
 class GraspConstraint(Protocol):
@@ -42,18 +45,26 @@ class SearchParameters:
     """Limits of the global search."""
 
     enabled: Annotated[bool, Field(description="Search for the global optimum too")] = True
-    measures: Annotated[tuple[str, ...], Field(description="Measures whose global optimum is searched")] = (
-        "q1",
-        "q2",
-        "q3",
-    )
+    measures: Annotated[
+        tuple[str, ...],
+        Field(description="Measures whose optimum is searched: q1, q2, q3, mirtich_canny"),
+    ] = ("q1", "q2", "q3")
     time_limit_s: Annotated[float, Field(gt=0, description="Time limit per measure, s")] = 30.0
     gap: Annotated[float, Field(ge=0, lt=1, description="Relative gap at which the search may stop")] = 0.0
-    climbs: Annotated[int, Field(ge=1, description="Sampled grasps from which the measure is climbed")] = 4
+    threads: Annotated[int, Field(ge=0, le=64, description="Threads; 0: as many as there are cores")] = 0
+    climbs: Annotated[
+        int, Field(ge=0, le=64, description="Climbs from sampled grasps, for a first one to beat")
+    ] = 4
     centre_tolerance_m: Annotated[
         float,
         Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
     ] = 0.01
+    phi_cei_deg: Annotated[
+        float, Field(gt=0, le=90, description="mirtich_canny: largest coplanarity error, deg")
+    ] = 15.0
+    phi_eegi_deg: Annotated[
+        float, Field(gt=0, le=20, description="mirtich_canny: largest equilateral error, deg")
+    ] = 10.0
 
 
 @dataclass(frozen=True)
@@ -61,13 +72,13 @@ class GlobalResult:
     """The best grasp found, and what is known about all others.
 
     Attributes:
-        grasp: The best grasp; None if there is none.
-        value: Its measure; -inf if there is none.
+        grasp: The best grasp; None if none was found.
+        value: Its measure (m^2 for mirtich_canny); -inf if there is none.
         upper_bound: No grasp that meets the constraints has a larger measure.
-        gap: (upper_bound - value) / upper_bound.
-        optimal: Whether the grasp is certified to be the best of all.
+        gap: (upper_bound - value) / upper_bound; 1 while there is no grasp.
+        optimal: Whether it is certified that no grasp is better (or that there is none at all).
         evaluated: Number of grasps whose measure was computed.
-        pruned: Share of all vertex combinations that was excluded without being evaluated.
+        pruned: Share of all combinations of nodes that was excluded without being evaluated.
         placements: Number of grasps that the hand was asked to hold.
         time_s: Wall time.
     """
@@ -92,107 +103,130 @@ def plan_global(
     *,
     checker: GraspConstraint | None = None,
     centre_tolerance_m: float | None = None,
-    starts: Sequence[IntArray] = (),
+    starts: Sequence[Grasp] = (),
 ) -> GlobalResult:
-    """Search a surface for the best grasp by a measure.
+    """Find the best of all force closure grasps that the hand can hold, with a certificate.
 
-    All combinations of an even sample of the nodes are ranked; from the best of them that meet the
-    constraints, and from ``starts``, the measure is climbed over the whole surface. That is no certificate:
-    ``optimal`` is False and the upper bound infinite.
+    Best-first branch and bound over clusters of nodes. The hand is asked only for grasps that would be the
+    best so far. When the time is up, the result holds the best grasp so far and the upper bound of all
+    that was not looked at.
 
     Args:
-        surface: The surface at rest.
-        measure: "q1", "q2" or "q3".
-        n_f: Number of contacts.
-        quality: How contacts and wrenches are modelled.
-        search: Limits.
-        checker: The hand's constraints; None for none.
-        centre_tolerance_m: Largest distance of the contacts' mean from the centroid; None for any.
-        starts: Grasps to climb from as well, shape (n_f,) each.
+        surface: The reconstructed surface at rest.
+        measure: One of `GLOBAL_MEASURES`; ``mirtich_canny`` is the area of the outer triangle within the
+            thresholds of its coplanarity and equilateral errors (thesis appendix A).
+        n_f: Number of contacts, 2 to 5; 3 for ``mirtich_canny``.
+        quality: Contact model and wrench space.
+        search: Limits of the search.
+        checker: The hand; None searches without one.
+        centre_tolerance_m: Largest distance of the contacts' mean from the centroid (the thesis' k_cm = 1);
+            None for any.
+        starts: Grasps on this surface that the hand is known to hold, for example a local planner's.
 
     Raises:
-        ConfigurationError: There is no such measure.
+        ConfigurationError: The measure is unknown, or the number of contacts is not supported.
     """
     begin = time.perf_counter()
-    task = _Task(Measure(measure, surface, quality), checker, centre_tolerance_m)
-    tuples = task.near_enough(_sampled_tuples(surface, n_f, checker))
-    bounds = task.measure.bounds(tuples, tight=False) if len(tuples) else np.empty(0)
-    best, value = None, -np.inf
-    evaluated, climbs = len(tuples), 0
-    for nodes in (*starts, *(tuples[k] for k in np.argsort(-bounds, kind="stable"))):
-        if climbs >= search.climbs + len(starts) or time.perf_counter() - begin > search.time_limit_s:
+    _check(measure, n_f)
+    torque_length = quality.torque_length_m(surface.points, surface.centroid)
+    usable = np.arange(len(surface.points))
+    limits = np.array([np.inf, np.inf if centre_tolerance_m is None else centre_tolerance_m])
+    if checker is not None:
+        usable = usable[checker.vertex_mask(surface.points, surface.normals)]
+        limits[0] = checker.pair_limit_m
+    if len(usable) < n_f:
+        return GlobalResult(None, -np.inf, -np.inf, 1.0, True, 0, 1.0, 0, time.perf_counter() - begin)
+    layout = lay_out(surface.points, -surface.normals, surface.centroid, quality, torque_length, usable)
+    thresholds = (search.phi_cei_deg, search.phi_eegi_deg)
+    objective = make_objective(layout, measure, limits, thresholds)
+    referee = _Referee(layout, surface, checker)
+    progress = Progress(-np.inf, None, np.inf)
+    _adopt_best(starts, layout, objective, limits, referee, progress)
+    for leaves in first_grasps(layout, objective, surface.network, n_f, limits, search.climbs):
+        value = float(objective.evaluate(leaves[None], -np.inf)[0])
+        if value > progress.best and referee.accept(leaves, value) > progress.best:
+            progress.best, progress.tuple = value, leaves
             break
-        if not task.allowed(nodes):
+    branch_and_bound(
+        layout, objective, n_f, referee.accept,
+        gap=search.gap,
+        threads=search.threads or len(os.sched_getaffinity(0)),
+        out_of_time=lambda: time.perf_counter() - begin > search.time_limit_s,
+        start=progress,
+    )  # fmt: skip
+    return _result(progress, referee, combinations_count(len(surface.points), n_f), begin)
+
+
+class _Referee:
+    """Asks the hand, and remembers the last grasp it can hold."""
+
+    def __init__(self, layout: Layout, surface: Surface, checker: GraspConstraint | None) -> None:
+        self._layout = layout
+        self._surface = surface
+        self._checker = checker
+        self.placements = 0
+        self.grasp: Grasp | None = None
+
+    def accept(self, leaves: IntArray, value: float) -> float:
+        nodes = self._layout.nodes[leaves]
+        points, normals = self._surface.points[nodes], self._surface.normals[nodes]
+        posture = None
+        if self._checker is not None:
+            self.placements += 1
+            posture = self._checker.place(points, normals)
+            if posture is None:
+                return -np.inf
+        self.grasp = Grasp(nodes, points, normals, self._surface.centroid, posture)
+        return value
+
+
+def _adopt_best(
+    starts: Sequence[Grasp],
+    layout: Layout,
+    objective: Objective,
+    limits: FloatArray,
+    referee: _Referee,
+    progress: Progress,
+) -> None:
+    """Begin with the best start that meets the constraints on nodes."""
+    leaf_of = {int(node): leaf for leaf, node in enumerate(layout.nodes)}
+    for start in starts:
+        if not all(int(node) in leaf_of for node in start.vertices):
             continue
-        climbs += 1
-        top, found, count = climb(nodes, task.measure.value(nodes), task.measure, task.allowed)
-        evaluated += count
-        if found > value:
-            best, value = top, found
+        leaves = np.array([leaf_of[int(node)] for node in start.vertices], dtype=np.int64)
+        if not meets_limits(layout, leaves[None], limits)[0]:
+            continue
+        value = float(objective.evaluate(leaves[None], -np.inf)[0])
+        if value > progress.best:
+            progress.best, progress.tuple = value, leaves
+            referee.grasp = start
+
+
+def _result(progress: Progress, referee: _Referee, total: int, begin: float) -> GlobalResult:
+    best, upper = progress.best, progress.upper_bound
+    gap = 1.0 if best == -np.inf else max(0.0, (upper - best) / upper)
     return GlobalResult(
-        grasp=None if best is None else task.grasp(best),
-        value=value,
-        upper_bound=np.inf,
-        gap=1.0,
-        optimal=False,
-        evaluated=evaluated,
-        pruned=0.0,
-        placements=task.placements,
+        grasp=referee.grasp,
+        value=best,
+        upper_bound=upper,
+        gap=0.0 if progress.finished else gap,
+        optimal=progress.finished,
+        evaluated=progress.evaluated,
+        pruned=1.0 - progress.evaluated / total,
+        placements=referee.placements,
         time_s=time.perf_counter() - begin,
     )
 
 
-def _sampled_tuples(surface: Surface, n_f: int, checker: GraspConstraint | None) -> IntArray:
-    """Return all combinations of an even sample of the nodes that may be contacts, shape (n, n_f)."""
-    usable = np.arange(len(surface.points))
-    if checker is not None:
-        usable = usable[checker.vertex_mask(surface.points, surface.normals)]
-    limit = _SAMPLE.get(n_f, 22)
-    usable = usable[np.linspace(0, len(usable) - 1, min(limit, len(usable))).astype(int)]
-    return np.array(list(combinations(usable, n_f)), dtype=np.int64).reshape(-1, n_f)
-
-
-class _Task:
-    """The constraints of a search, and what was asked of the hand."""
-
-    def __init__(
-        self, measure: Measure, checker: GraspConstraint | None, centre_tolerance_m: float | None
-    ) -> None:
-        self.measure = measure
-        self._surface, self._checker, self._tolerance = measure.surface, checker, centre_tolerance_m
-        self._usable = np.ones(len(self._surface.points), dtype=np.bool_)
-        if checker is not None:
-            self._usable = checker.vertex_mask(self._surface.points, self._surface.normals)
-        self.placements = 0
-
-    def near_enough(self, tuples: IntArray) -> IntArray:
-        """Leave out combinations that are too wide for the hand or off the centroid."""
-        points = self._surface.points[tuples]
-        keep = np.ones(len(tuples), dtype=np.bool_)
-        if self._tolerance is not None:
-            offset = np.linalg.norm(points.mean(axis=1) - self._surface.centroid, axis=1)
-            keep &= offset <= self._tolerance
-        if self._checker is not None:
-            for a, b in combinations(range(tuples.shape[1]), 2):
-                gap = np.linalg.norm(points[:, a] - points[:, b], axis=1)
-                keep &= gap <= self._checker.pair_limit_m
-        return tuples[keep]
-
-    def allowed(self, nodes: IntArray) -> bool:
-        """Tell whether a grasp is force closure and meets all constraints."""
-        if not self._usable[nodes].all() or not len(self.near_enough(nodes[None])):
-            return False
-        points, normals = self._surface.points[nodes], self._surface.normals[nodes]
-        length = self.measure.torque_length_m
-        if not force_closure(points, -normals, self._surface.centroid, self.measure.quality, length):
-            return False
-        if self._checker is None:
-            return True
-        self.placements += 1
-        return self._checker.place(points, normals) is not None
-
-    def grasp(self, nodes: IntArray) -> Grasp:
-        """Return the grasp with the posture that holds it."""
-        points, normals = self._surface.points[nodes], self._surface.normals[nodes]
-        posture = None if self._checker is None else self._checker.place(points, normals)
-        return Grasp(nodes, points, normals, self._surface.centroid, posture)
+def _check(measure: str, n_f: int) -> None:
+    if measure not in GLOBAL_MEASURES:
+        raise ConfigurationError(
+            f"unknown measure '{measure}' for the global search",
+            remedy=f"choose from {', '.join(GLOBAL_MEASURES)}",
+        )
+    if not 2 <= n_f <= 5:
+        raise ConfigurationError(f"global search for {n_f} contacts", remedy="choose 2 to 5")
+    if measure == "mirtich_canny" and n_f != 3:
+        raise ConfigurationError(
+            f"the Mirtich-Canny criterion for {n_f} contacts", remedy="it is defined for 3 fingers"
+        )

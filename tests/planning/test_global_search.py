@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from graspbench.errors import ConfigurationError
-from graspbench.grasp import QualityParameters
+from graspbench.grasp import Grasp, QualityParameters, grasp_quality
 from graspbench.grasp.closure import force_closure
 from graspbench.planning import SearchParameters, plan_global
 from graspbench.planning.ascent import Measure, climb
+from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.merit import best_first, merit_of, quality_of
 from tests.planning.shapes import ellipsoid
 
@@ -21,16 +22,22 @@ def _surface(seed):
     return ellipsoid(tuple(rng.uniform(0.02, 0.05, 3)), meridians=6, parallels=5)
 
 
-def _best_by_enumeration(surface, measure, n_f, allowed=lambda nodes: True):
-    length = QUALITY.torque_length_m(surface.points, surface.centroid)
-    best = -np.inf
-    for nodes in combinations(range(len(surface.points)), n_f):
-        if not allowed(nodes):
-            continue
-        found = quality_of(surface, np.array(nodes), QUALITY, length)
-        if found.q3 > 1e-9:
-            best = max(best, getattr(found, measure))
-    return best
+def _best_by_enumeration(surface, measure, n_f, allowed=lambda nodes: True, quality=QUALITY):
+    chosen = [nodes for nodes in combinations(range(len(surface.points)), n_f) if allowed(nodes)]
+    found = grasp_quality(
+        surface.points[np.array(chosen)],
+        -surface.normals[np.array(chosen)],
+        surface.centroid,
+        contact=quality.contact,
+        wrench_space=quality.wrench_space,
+        friction=quality.friction,
+        cone_edges=quality.cone_edges,
+        torque_length=quality.torque_length_m(surface.points, surface.centroid),
+        torsional_friction=quality.torsional_friction,
+        norm=quality.norm,
+    )
+    values = np.asarray(getattr(found, measure))
+    return float(values[np.asarray(found.q3) > 1e-9].max())
 
 
 class _Picky:
@@ -47,20 +54,57 @@ class _Picky:
         return object() if abs(points[:, 0].sum()) < 0.05 else None
 
 
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("measure", ["q1", "q2"])
-def test_small_surfaces_are_searched_as_by_enumeration(seed, measure):
-    surface = _surface(seed)
-    found = plan_global(surface, measure, 3, QUALITY, SearchParameters())
-    assert found.value == pytest.approx(_best_by_enumeration(surface, measure, 3), rel=1e-9)
+@pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
+@pytest.mark.parametrize(("n_f", "seed"), [(2, 0), (3, 0), (3, 1), (4, 2)])
+def test_the_certified_optimum_is_that_of_enumeration(measure, n_f, seed):
+    rng = np.random.default_rng(seed)
+    meridians, parallels = (6, 5) if n_f < 4 else (4, 4)
+    quality = QualityParameters(contact="soft_finger") if n_f == 2 else QUALITY
+    surface = ellipsoid(tuple(rng.uniform(0.02, 0.05, 3)), meridians=meridians, parallels=parallels)
+    found = plan_global(surface, measure, n_f, quality, SearchParameters(climbs=seed % 2))
+    best = _best_by_enumeration(surface, measure, n_f, quality=quality)
+    assert found.optimal
+    assert found.gap == 0.0
+    assert found.upper_bound == found.value == pytest.approx(best, rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_q3_comes_near_the_optimum_and_never_above(seed):
-    surface = _surface(seed)
-    found = plan_global(surface, "q3", 3, QUALITY, SearchParameters(climbs=12))
-    best = _best_by_enumeration(surface, "q3", 3)
-    assert 0.9 * best <= found.value <= best * (1 + 1e-9)
+@pytest.mark.parametrize("contact", ["hard_finger", "soft_finger"])
+@pytest.mark.parametrize("norm", ["l1", "linf"])
+def test_every_contact_model_and_norm_is_certified(contact, norm):
+    quality = QualityParameters(contact=contact, norm=norm, cone_edges=4)
+    surface = ellipsoid((0.03, 0.025, 0.04), meridians=5, parallels=4)
+    found = plan_global(surface, "q3", 3, quality, SearchParameters())
+    assert found.optimal
+    assert found.value == pytest.approx(_best_by_enumeration(surface, "q3", 3, quality=quality), rel=1e-9)
+
+
+@pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
+def test_planar_wrench_spaces_are_certified(measure):
+    quality = QualityParameters(wrench_space="planar")
+    surface = ellipsoid((0.03, 0.025, 0.04), meridians=5, parallels=4)
+    found = plan_global(surface, measure, 3, quality, SearchParameters())
+    best = _best_by_enumeration(surface, measure, 3, quality=quality)
+    assert found.optimal
+    assert found.value == pytest.approx(best, rel=1e-9)
+
+
+@pytest.mark.parametrize("tolerance_m", [None, 0.004])
+def test_the_largest_outer_triangle_is_that_of_enumeration(tolerance_m):
+    surface = ellipsoid((0.03, 0.025, 0.04), meridians=7, parallels=6)
+    search = SearchParameters(phi_cei_deg=15.0, phi_eegi_deg=12.0)
+    found = plan_global(surface, "mirtich_canny", 3, QUALITY, search, centre_tolerance_m=tolerance_m)
+    length = QUALITY.torque_length_m(surface.points, surface.centroid)
+    triples = np.array(list(combinations(range(len(surface.points)), 3)))
+    cei, eegi, area = mirtich_canny_scores(surface.points[triples], -surface.normals[triples])
+    offset = np.linalg.norm(surface.points[triples].mean(axis=1) - surface.centroid, axis=1)
+    keep = (cei <= 15.0) & (eegi <= 12.0) & (offset <= (tolerance_m or np.inf))
+    best = max(
+        a
+        for nodes, a in zip(triples[keep], area[keep], strict=True)
+        if quality_of(surface, nodes, QUALITY, length).q3 > 1e-9
+    )
+    assert found.optimal
+    assert found.value == pytest.approx(best, rel=1e-9)
 
 
 @pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
@@ -68,9 +112,8 @@ def test_constraints_hold_and_none_better_is_missed(measure):
     surface = ellipsoid((0.03, 0.035, 0.04), meridians=6, parallels=5)
     hand = _Picky(surface, 0.068)
     found = plan_global(
-        surface, measure, 3, QUALITY, SearchParameters(climbs=20), checker=hand, centre_tolerance_m=0.02
+        surface, measure, 3, QUALITY, SearchParameters(), checker=hand, centre_tolerance_m=0.02
     )
-    nodes = found.grasp.vertices
     points = surface.points
 
     def allowed(nodes):
@@ -83,36 +126,64 @@ def test_constraints_hold_and_none_better_is_missed(measure):
             and hand.place(chosen, None) is not None
         )
 
-    assert allowed(nodes)
-    best = _best_by_enumeration(surface, measure, 3, allowed)
-    assert found.value <= best * (1 + 1e-9)
-    assert found.value >= (0.9 if measure == "q3" else 1 - 1e-9) * best
+    assert allowed(found.grasp.vertices)
+    assert found.optimal
+    assert found.value == pytest.approx(_best_by_enumeration(surface, measure, 3, allowed), rel=1e-9)
 
 
-def test_a_given_start_is_never_lost():
+@pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
+def test_when_time_is_up_the_bound_still_holds_and_the_start_is_kept(measure):
     surface = ellipsoid((0.03, 0.04, 0.05), meridians=20, parallels=20)
-    first = plan_global(surface, "q1", 3, QUALITY, SearchParameters())
-    again = plan_global(surface, "q1", 3, QUALITY, SearchParameters(climbs=1), starts=(first.grasp.vertices,))
-    assert again.value >= first.value
+    whole = plan_global(surface, measure, 3, QUALITY, SearchParameters())
+    start = np.array([40, 150, 300])
+    points = surface.points[start]
+    grasp = Grasp(start, points, surface.normals[start], surface.centroid, None)
+    hasty = plan_global(
+        surface, measure, 3, QUALITY, SearchParameters(time_limit_s=1e-6, climbs=0), starts=(grasp,)
+    )
+    assert whole.optimal
+    assert not hasty.optimal
+    assert hasty.upper_bound >= whole.value
+    length = QUALITY.torque_length_m(surface.points, surface.centroid)
+    if quality_of(surface, start, QUALITY, length).q3 > 1e-9:
+        assert hasty.grasp is grasp
+    assert hasty.gap == pytest.approx(1.0 - max(hasty.value, 0.0) / hasty.upper_bound)
 
 
-def test_without_a_certificate_none_is_claimed():
-    found = plan_global(_surface(0), "q1", 3, QUALITY, SearchParameters())
-    assert not found.optimal
-    assert found.gap == 1.0
-    assert found.upper_bound >= found.value
+def test_a_gap_that_is_allowed_is_not_exceeded():
+    surface = ellipsoid((0.03, 0.04, 0.05), meridians=12, parallels=11)
+    exact = plan_global(surface, "q3", 3, QUALITY, SearchParameters())
+    loose = plan_global(surface, "q3", 3, QUALITY, SearchParameters(gap=0.1, climbs=1))
+    assert loose.gap <= 0.1
+    assert loose.value >= 0.9 * exact.value
+    assert loose.upper_bound >= exact.value
+
+
+@pytest.mark.parametrize("measure", ["q1", "q3"])
+def test_threads_do_not_change_the_result(measure):
+    surface = ellipsoid((0.03, 0.04, 0.05), meridians=12, parallels=11)
+    one, two = (plan_global(surface, measure, 3, QUALITY, SearchParameters(threads=n)) for n in (1, 2))
+    assert one.value == two.value
+    assert (one.grasp.vertices == two.grasp.vertices).all()
+    assert one.evaluated == two.evaluated
 
 
 def test_nothing_allowed_gives_no_grasp():
     surface = _surface(0)
     found = plan_global(surface, "q2", 3, QUALITY, SearchParameters(), checker=_Picky(surface, 1e-6))
     assert found.grasp is None
+    assert found.optimal
     assert found.value == -np.inf
 
 
 def test_unknown_measure_is_named():
     with pytest.raises(ConfigurationError, match="unknown measure 'q9'"):
         plan_global(_surface(0), "q9", 3, QUALITY, SearchParameters())
+
+
+def test_the_outer_triangle_wants_three_fingers():
+    with pytest.raises(ConfigurationError, match="4 contacts"):
+        plan_global(_surface(0), "mirtich_canny", 4, QUALITY, SearchParameters())
 
 
 @pytest.mark.parametrize("n_f", [3, 4])

@@ -1,0 +1,78 @@
+"""Clusters of surface nodes that are close in position and normal."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class ClusterTree:
+    """A binary tree; cluster 0 is the root, a leaf holds one node.
+
+    Attributes:
+        children: Shape (n_clusters, 2); -1 for a leaf.
+        span: Cluster k holds ``members[span[k, 0]:span[k, 1]]``, shape (n_clusters, 2).
+        members: The given indices of the nodes in leaf order, shape (n,).
+        arm: Centre of the arms (position from the centroid in torque lengths), shape (n_clusters, 3).
+        arm_radius: Ball that holds the members' arms, shape (n_clusters,).
+        normal: Mean normal, unit, shape (n_clusters, 3).
+        normal_radius: Ball that holds the members' normals, shape (n_clusters,).
+    """
+
+    children: IntArray
+    span: IntArray
+    members: IntArray
+    arm: FloatArray
+    arm_radius: FloatArray
+    normal: FloatArray
+    normal_radius: FloatArray
+
+
+def build_tree(arms: FloatArray, normals: FloatArray, normal_weight: float) -> ClusterTree:
+    """Cluster nodes by halving along the widest feature.
+
+    Args:
+        arms: Positions from the centroid in torque lengths, shape (n, 3).
+        normals: Unit normals, shape (n, 3).
+        normal_weight: How much a unit of normal counts against a torque length of position.
+    """
+    features = np.hstack([arms, normal_weight * normals])
+    members = np.arange(len(arms))
+    children, spans = [[-1, -1]], [(0, len(arms))]
+    stack = [0]
+    while stack:
+        cluster = stack.pop()
+        start, end = spans[cluster]
+        if end - start < 2:
+            continue
+        part = members[start:end]
+        inside = features[part]
+        axis = int(np.argmax(np.ptp(inside, axis=0)))
+        members[start:end] = part[np.argsort(inside[:, axis], kind="stable")]
+        middle = (start + end) // 2
+        children[cluster] = [len(spans), len(spans) + 1]
+        stack += [len(spans) + 1, len(spans)]
+        spans += [(start, middle), (middle, end)]
+        children += [[-1, -1], [-1, -1]]
+    span = np.array(spans, dtype=np.int64)
+    arm, arm_radius = _balls(arms[members], span)
+    normal, normal_radius = _balls(normals[members], span, unit=True)
+    return ClusterTree(
+        np.array(children, dtype=np.int64), span, members, arm, arm_radius, normal, normal_radius
+    )
+
+
+def _balls(points: FloatArray, span: IntArray, unit: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Return a ball around each cluster's points: its centre is the box's, or the mean direction."""
+    centres, radii = np.empty((len(span), 3)), np.empty(len(span))
+    for k, (start, end) in enumerate(span):
+        part = points[start:end]
+        centre = part.mean(axis=0) if unit else 0.5 * (part.min(axis=0) + part.max(axis=0))
+        length = np.linalg.norm(centre)
+        if unit:
+            centre = centre / length if length > 1e-9 else part[0]
+        centres[k] = centre
+        radii[k] = np.sqrt(((part - centre) ** 2).sum(axis=1).max())
+    return centres, radii
