@@ -86,7 +86,7 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
                 config.search,
                 checker=trial.checker,
                 centre_tolerance_m=_centre_tolerance(config, trial),
-                starts=(trial.plan.grasp.vertices,),
+                starts=(trial.plan.grasp,),
             )
     return found
 
