@@ -4,12 +4,11 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.grasp.contact import ContactModel, contact_polytope
-from graspbench.grasp.epsilon import smallest_support
+from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
 from graspbench.grasp.quality import QualityParameters, _batch
 from graspbench.grasp.wrench import WrenchSpace, wrench_maps
 
-CLOSURE_TOLERANCE = 1e-9
-"""Ball radius below which a grasp counts as not force closure (rounding; wrenches are of order one)."""
+__all__ = ["CLOSURE_TOLERANCE", "force_closure", "is_force_closure"]
 
 
 def is_force_closure(

@@ -1,15 +1,24 @@
 """Radius of the largest origin-centred ball in a grasp wrench space, exactly.
 
-The radius is the smallest value of the wrench space's support function over all unit directions, and
-it is attained at the normal of a facet. Each facet is spanned by faces of the contacts' wrench
-polytopes, one face a contact, that are affinely independent of each other: if a contact's share of
-the facet is larger than what is needed to span it, a smaller face of that share does. So it is enough
-to try the normals of all such combinations. A combination that is no facet does no harm, since the
-support function is never below its minimum; no tolerance decides what is a facet.
+The radius is the smallest value of the wrench space's support function over all unit directions, and it is
+attained at the normal of a facet. This module does it for the hull of the union of the contacts' wrench
+polytopes; their Minkowski sum has a module of its own. A direction d and an offset c that satisfy
+w . d + c <= 0 for all corners w form a polyhedral cone, whose extreme rays are the facets.
+
+Each facet is spanned by faces of the contacts' polytopes, one face a contact, that are affinely independent
+of each other. It is therefore enough to fix all but two of a facet's corners, a *base*, in all the ways that
+the contacts' faces allow: what is left is a cone in three dimensions, a polygon on the sphere, which the
+other corners cut out. Most bases are no faces of the hull at all, and their polygon is empty after a few
+cuts. On the others -c / |d| is least at a corner: so only what cuts off the least one has to be looked at,
+until nothing does, or the least one is farther than what is known already.
+
+No tolerance decides what is a facet: the value returned is the support in a direction met on the way, which
+is never below the minimum.
 """
 
 from functools import lru_cache
 from itertools import product
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -17,43 +26,55 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
+from graspbench.grasp.epsilon_of_sum import smallest_support_of_sum
 
-FaceTable = tuple[IntArray, IntArray, IntArray]
-"""Corners of every face padded with -1, offsets by number of rows, and the apex corner or -1."""
+FaceTable = tuple[IntArray, IntArray]
+"""Corners of every face, padded with -1, and the offsets of faces with 0, 1, 2... independent corners."""
+
+CLOSURE_TOLERANCE = 1e-9
+"""Ball radius below which a grasp counts as not force closure (rounding; wrenches are of order one)."""
+
+_INSIDE = 1e-12  # a corner this little beyond a cut stays, so that facets of many corners are not lost
 
 
 @lru_cache(maxsize=64)
-def face_table(polytope: ContactPolytope, minkowski: bool) -> FaceTable:
-    """Lay out a contact polytope's faces for the search of facet normals.
-
-    For the hull of the union of the contacts' polytopes a face of dimension k gives k + 1 rows, its
-    corners. For their Minkowski sum the contacts' polytopes are the pyramids over them with the apex in
-    the origin (a finger may also push less), and a face of dimension k gives k rows, its edges.
-    """
-    by_rows: list[list[list[int]]] = [[]]
-    if minkowski:
-        apex = len(polytope.vertices)
-        by_rows[0] = [[corner] for corner in range(apex + 1)]
-        for k, faces in enumerate(polytope.faces):
-            pyramids = [[apex, *face] for face in faces.tolist()]
-            higher = polytope.faces[k + 1].tolist() if k + 1 < len(polytope.faces) else []
-            by_rows.append(pyramids + higher)
-    else:
-        apex = -1
-        by_rows[0] = [[]]
-        by_rows += [faces.tolist() for faces in polytope.faces]
-    flat = [face for faces in by_rows for face in faces]
+def face_table(polytope: ContactPolytope) -> FaceTable:
+    """Lay out a contact polytope's faces by the number of corners that span them."""
+    by_rank: list[list[list[int]]] = [[[]], *(faces.tolist() for faces in polytope.faces)]
+    flat = [face for faces in by_rank for face in faces]
     width = max(len(face) for face in flat)
     corners = np.array([face + [-1] * (width - len(face)) for face in flat], dtype=np.int64)
-    start = np.concatenate(([0], np.cumsum([len(faces) for faces in by_rows]))).astype(np.int64)
-    return corners, start, np.array([apex], dtype=np.int64)
+    start = np.concatenate(([0], np.cumsum([len(faces) for faces in by_rank]))).astype(np.int64)
+    return corners, start
 
 
-@lru_cache(maxsize=64)
-def row_shares(contacts: int, rows: int, largest: int) -> IntArray:
-    """Return all ways to share ``rows`` among the contacts, at most ``largest`` each; shape (n, contacts)."""
-    shares = [s for s in product(range(min(rows, largest) + 1), repeat=contacts) if sum(s) == rows]
-    return np.array(shares, dtype=np.int64).reshape(-1, contacts)
+@lru_cache(maxsize=256)
+def base_shares(polytope: ContactPolytope, contacts: int, size: int) -> IntArray:
+    """Return how many corners of each contact a base has, for a set of bases that every facet has one of.
+
+    Args:
+        polytope: Contact polytope.
+        contacts: Number of contacts.
+        size: Components of a wrench.
+
+    Returns:
+        Shape (n, contacts); empty where there are too few contacts to span the space.
+    """
+    counts = np.diff(face_table(polytope)[1])
+    ranks = list(product(range(len(counts)), repeat=contacts))
+    facets = {share for share in ranks if sum(share) == size}
+    covers = {
+        base: {facet for facet in facets if all(b <= f for b, f in zip(base, facet, strict=True))}
+        for base in ranks
+        if sum(base) == size - 2
+    }
+    costs = {base: prod(int(counts[rank]) for rank in base) for base in covers}
+    chosen = []
+    while facets:  # the cheapest cover, greedily
+        base = min(covers, key=lambda b: (costs[b] / max(len(covers[b] & facets), 1e-9), b))
+        chosen.append(base)
+        facets = facets - covers[base]
+    return np.array(chosen, dtype=np.int64).reshape(-1, contacts)
 
 
 def smallest_support(
@@ -70,87 +91,83 @@ def smallest_support(
             an upper bound.
 
     Returns:
-        Shape (n,); negative where the origin is outside, 0 where the wrenches do not span the space.
+        Shape (n,); not positive where the origin is not inside, 0 where the wrenches do not span the space.
     """
-    _, n_f, _, size = wrenches.shape
-    corners, start, apex = face_table(polytope, minkowski)
-    shares = row_shares(n_f, size - 1 if minkowski else size, len(start) - 2)
+    if minkowski:
+        return smallest_support_of_sum(wrenches, polytope, stop_at)
+    corners, start = face_table(polytope)
+    shares = base_shares(polytope, wrenches.shape[1], wrenches.shape[-1])
     return np.asarray(
-        _smallest_support_batch(np.ascontiguousarray(wrenches), corners, start, shares, apex[0] >= 0, stop_at)
+        _smallest_support_batch(np.ascontiguousarray(wrenches), corners, start, shares, stop_at)
     )
 
 
 @compiled
 def _smallest_support_batch(
-    wrenches: FloatArray,
-    corners: IntArray,
-    start: IntArray,
-    shares: IntArray,
-    minkowski: bool,
-    stop_at: float,
+    wrenches: FloatArray, corners: IntArray, start: IntArray, shares: IntArray, stop_at: float
 ) -> FloatArray:
     values = np.empty(wrenches.shape[0])
     for g in range(wrenches.shape[0]):
-        values[g] = smallest_support_one(wrenches[g], corners, start, shares, minkowski, stop_at)
+        values[g] = smallest_support_one(wrenches[g], corners, start, shares, stop_at)
     return values
 
 
 @inner
 def smallest_support_one(
-    wrenches: FloatArray,
-    corners: IntArray,
-    start: IntArray,
-    shares: IntArray,
-    minkowski: bool,
-    stop_at: float,
+    wrenches: FloatArray, corners: IntArray, start: IntArray, shares: IntArray, stop_at: float
 ) -> float:
     """Return one grasp's smallest support; arguments as laid out by `smallest_support`."""
     n_f, n_v, d = wrenches.shape
-    size = d if minkowski else d + 1  # the hull's normals are found together with their offset
-    points = np.zeros((n_f, n_v + 1, size))
-    for i in range(n_f):
-        for v in range(n_v):
-            for k in range(size):
-                points[i, v, k] = wrenches[i, v, k] if k < d else 1.0
-    free = np.zeros((n_f + 1, size, size))  # orthonormal rows: what the chosen rows leave free
+    size = d + 1
+    columns = np.ones((size, n_f * n_v))  # of each corner its wrench, and a one for the offset
+    scale = _corner_columns(wrenches, columns)
+    free = np.zeros((n_f + 1, size, size))  # orthonormal rows: what the chosen corners leave free
     for k in range(size):
         free[0, k, k] = 1.0
     dims = np.empty(n_f + 1, np.int64)
     dims[0] = size
     face = np.empty(n_f, np.int64)
-    normal = np.empty(size)
+    part = np.empty(size)
+    cuts = np.empty((3, n_f * n_v))
+    polygons = np.empty((2, 2 * n_f * n_v + 8, 3))
     best = np.inf
     for s in range(shares.shape[0]):
         level: Any = np.int64(0)  # typed at once, or all below is compiled for a literal first
         face[0] = start[shares[s, 0]] - 1
         while level >= 0:
             face[level] += 1
-            share = shares[s, level]
-            if face[level] >= start[share + 1] or (share == 0 and face[level] > start[0]):
+            if face[level] >= start[shares[s, level] + 1]:
                 level -= 1
                 continue
-            independent = _reduce(free, dims, level, points, corners, face[level], share, minkowski)
-            if not independent:
+            if not _reduce(free, dims, level, columns, corners[face[level]], n_v, shares[s, level], part):
                 continue
             if level + 1 < n_f:
                 level += 1
                 face[level] = start[shares[s, level]] - 1
                 continue
-            length = 0.0
+            best = _least_on_polygon(columns, free[n_f], cuts, polygons, best)
+            if best * scale <= stop_at:
+                return float(best * scale)
+    return float(best * scale) if best < np.inf else 0.0
+
+
+@inner
+def _corner_columns(wrenches: FloatArray, columns: FloatArray) -> float:
+    """Write each corner's wrench over the length of the longest one; return that length."""
+    n_f, n_v, d = wrenches.shape
+    longest = 1e-300
+    for i in range(n_f):
+        for v in range(n_v):
+            square = 0.0
             for k in range(d):
-                length += free[n_f, 0, k] ** 2
-            if length < 1e-20:
-                continue
-            length = np.sqrt(length)
-            for k in range(d):
-                normal[k] = free[n_f, 0, k] / length
-            if minkowski:
-                best = min(best, _support_of_sum(points, normal, best))
-            else:
-                best = min(best, _support_of_union(points, n_v, d, normal, best))
-            if best <= stop_at:
-                return float(best)
-    return float(best) if best < np.inf else 0.0
+                square += wrenches[i, v, k] ** 2
+                columns[k, i * n_v + v] = wrenches[i, v, k]
+            longest = max(longest, square)
+    longest = np.sqrt(longest)
+    for k in range(d):
+        for j in range(columns.shape[1]):
+            columns[k, j] /= longest
+    return float(longest)
 
 
 @inner
@@ -158,36 +175,32 @@ def _reduce(
     free: FloatArray,
     dims: IntArray,
     level: int,
-    points: FloatArray,
-    corners: IntArray,
-    face: int,
+    columns: FloatArray,
+    face: IntArray,
+    n_v: int,
     share: int,
-    minkowski: bool,
+    part: FloatArray,
 ) -> bool:
-    """Remove a face's rows from the free directions of a level, by one reflection a row."""
+    """Remove a face's corners from the free directions of a level, by one reflection each."""
     size = free.shape[2]
     k = dims[level]
     basis = free[level + 1]
     for a in range(k):
         for b in range(size):
-            free[level + 1, a, b] = free[level, a, b]
-    row = np.empty(size)
-    part = np.empty(size)
+            basis[a, b] = free[level, a, b]
     for r in range(share):
+        j = level * n_v + face[r]
         norm = 0.0
         for b in range(size):
-            row[b] = points[level, corners[face, r], b]
-            if minkowski:
-                row[b] = points[level, corners[face, r + 1], b] - points[level, corners[face, 0], b]
-            norm += row[b] ** 2
+            norm += columns[b, j] ** 2
         length = 0.0
         for a in range(k):
             value = 0.0
             for b in range(size):
-                value += basis[a, b] * row[b]
+                value += basis[a, b] * columns[b, j]
             part[a] = value
             length += value**2
-        if length <= 1e-26 * norm or k == 0:
+        if length <= 1e-22 * norm:
             return False
         length = np.sqrt(length)
         part[k - 1] += length if part[k - 1] >= 0.0 else -length
@@ -208,38 +221,163 @@ def _reduce(
 
 
 @inner
-def _support_of_union(points: FloatArray, n_v: int, d: int, normal: FloatArray, bound: float) -> float:
-    """Return the smaller support of the two sides; anything above ``bound`` if both are."""
-    high = -np.inf
-    low = np.inf
-    for i in range(points.shape[0]):
-        for j in range(n_v):
-            value = 0.0
-            for k in range(d):
-                value += points[i, j, k] * normal[k]
-            high = max(high, value)
-            low = min(low, value)
-        if high > bound and -low > bound:
-            return np.inf
-    return min(high, -low)
+def _least_on_polygon(
+    columns: FloatArray, basis: FloatArray, cuts: FloatArray, polygons: FloatArray, best: float
+) -> float:
+    """Return the least support on a base's polygon, or ``best`` if that is less.
+
+    Args:
+        columns: Corners of all contacts, a one below each, shape (d + 1, n_f n_v).
+        basis: What the base leaves free; its first three rows count, shape (d + 1, d + 1).
+        cuts: Work space, shape (3, n_f n_v).
+        polygons: Work space, shape (2, n, 3).
+        best: What is known already.
+    """
+    for a in range(3):
+        for j in range(cuts.shape[1]):
+            cuts[a, j] = 0.0
+        for b in range(basis.shape[1]):
+            for j in range(cuts.shape[1]):
+                cuts[a, j] += basis[a, b] * columns[b, j]
+    if not _first_polygon(cuts, polygons[0]):
+        return min(best, 0.0)  # the corners do not span the space
+    count: Any = np.int64(4)
+    side: Any = np.int64(0)
+    while count > 0:
+        polygon = polygons[side]
+        least: Any = np.int64(-1)
+        value = best
+        for k in range(count):
+            minus, length = _value(polygon[k], basis)
+            if minus < value * length:
+                least, value = np.int64(k), minus / length
+        if least < 0:
+            return best
+        worst = _worst_cut(cuts, polygon[least])
+        height = _height(cuts, worst, polygon[least])
+        if height <= _INSIDE:
+            minus, length = _value(polygon[least], basis)
+            return min(best, (minus + height) / length)
+        count = _cut(polygon, count, cuts, worst, polygons[1 - side])
+        side = 1 - side
+    return best
 
 
 @inner
-def _support_of_sum(points: FloatArray, normal: FloatArray, bound: float) -> float:
-    """Return the smaller support of the two sides; anything above ``bound`` if both are."""
-    high = 0.0
-    low = 0.0
-    for i in range(points.shape[0]):
-        top = 0.0
-        bottom = 0.0
-        for j in range(points.shape[1]):
-            value = 0.0
-            for k in range(normal.shape[0]):
-                value += points[i, j, k] * normal[k]
-            top = max(top, value)
-            bottom = min(bottom, value)
-        high += top
-        low += bottom
-        if high > bound and -low > bound:
-            return np.inf
-    return min(high, -low)
+def _first_polygon(cuts: FloatArray, polygon: FloatArray) -> bool:
+    """Write four points round the lune that two cuts leave; False if all cuts are parallel."""
+    first, second, longest, widest = 0, 0, 0.0, 0.0
+    for j in range(cuts.shape[1]):
+        square = cuts[0, j] ** 2 + cuts[1, j] ** 2 + cuts[2, j] ** 2
+        if square > longest:
+            first, longest = j, square
+    for j in range(cuts.shape[1]):
+        square = 0.0
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            square += (cuts[b, first] * cuts[c, j] - cuts[c, first] * cuts[b, j]) ** 2
+        if square > widest:
+            second, widest = j, square
+    if widest <= 1e-22:
+        return False
+    aa, bb, ab = 0.0, 0.0, 0.0
+    for a in range(3):
+        aa += cuts[a, first] ** 2
+        bb += cuts[a, second] ** 2
+        ab += cuts[a, first] * cuts[a, second]
+    length = np.sqrt(widest)
+    for a in range(3):
+        b, c = (a + 1) % 3, (a + 2) % 3
+        polygon[0, a] = (cuts[b, first] * cuts[c, second] - cuts[c, first] * cuts[b, second]) / length
+        polygon[1, a] = (ab * cuts[a, first] - aa * cuts[a, second]) / (np.sqrt(aa) * length)
+        polygon[2, a] = -polygon[0, a]
+        polygon[3, a] = (ab * cuts[a, second] - bb * cuts[a, first]) / (np.sqrt(bb) * length)
+    return True
+
+
+@inner
+def _worst_cut(cuts: FloatArray, z: FloatArray) -> int:
+    """Return the corner that is furthest beyond a point of the polygon."""
+    worst, highest = 0, -np.inf
+    for j in range(cuts.shape[1]):
+        height = cuts[0, j] * z[0] + cuts[1, j] * z[1] + cuts[2, j] * z[2]
+        if height > highest:
+            worst, highest = j, height
+    return worst
+
+
+@inner
+def _cut(polygon: FloatArray, count: int, cuts: FloatArray, j: int, out: FloatArray) -> int:
+    """Write the part of a spherical polygon on the inner side of a cut; return how many corners it has."""
+    left: Any = np.int64(0)
+    leaves: Any = np.int64(0)  # where the way round goes out, and comes in again
+    enters: Any = np.int64(0)
+    before = count - 1
+    height_before = _height(cuts, j, polygon[before])
+    for k in range(count):
+        height = _height(cuts, j, polygon[k])
+        if height <= _INSIDE < height_before:
+            enters = left
+            if height < -_INSIDE:
+                _cross(polygon[before], height_before, polygon[k], height, out[left])
+                left += 1
+        elif height_before <= _INSIDE < height:
+            if height_before < -_INSIDE:
+                _cross(polygon[k], height, polygon[before], height_before, out[left])
+                left += 1
+            leaves = left
+        if height <= _INSIDE:
+            for a in range(3):
+                out[left, a] = polygon[k, a]
+            left += 1
+        before, height_before = k, height
+    if left > 1:
+        last, next_ = out[(leaves - 1) % left], out[enters % left]
+        if last[0] * next_[0] + last[1] * next_[1] + last[2] * next_[2] < -0.5:
+            left = _halve_edge(polygon, count, cuts, j, out, left, leaves)
+    return int(left)
+
+
+@inner
+def _halve_edge(
+    polygon: FloatArray, count: int, cuts: FloatArray, j: int, out: FloatArray, left: int, place: int
+) -> int:
+    """Insert a point into the edge that a cut made: half a great circle has no direction of its own."""
+    for k in range(left, place, -1):
+        for a in range(3):
+            out[k, a] = out[k - 1, a]
+    inside, outside = np.zeros(3), np.zeros(3)
+    for k in range(count):
+        within = _height(cuts, j, polygon[k]) <= _INSIDE
+        for a in range(3):
+            if within:
+                inside[a] += polygon[k, a]
+            else:
+                outside[a] += polygon[k, a]
+    _cross(outside, _height(cuts, j, outside), inside, _height(cuts, j, inside), out[place])
+    return left + 1
+
+
+@inner
+def _height(cuts: FloatArray, j: int, z: FloatArray) -> float:
+    return float(cuts[0, j] * z[0] + cuts[1, j] * z[1] + cuts[2, j] * z[2])
+
+
+@inner
+def _cross(above: FloatArray, height: float, below: FloatArray, depth: float, out: FloatArray) -> None:
+    """Write the point between two others where the height is zero."""
+    square = 0.0
+    for a in range(3):
+        out[a] = height * below[a] - depth * above[a]
+        square += out[a] ** 2
+    length = np.sqrt(max(square, 1e-300))
+    for a in range(3):
+        out[a] /= length
+
+
+@inner
+def _value(z: FloatArray, basis: FloatArray) -> tuple[float, float]:
+    """Return minus the offset of what a point on the sphere stands for, and the length of its direction."""
+    last = basis.shape[1] - 1
+    minus = -(basis[0, last] * z[0] + basis[1, last] * z[1] + basis[2, last] * z[2])
+    return float(minus), float(np.sqrt(max(1.0 - minus**2, 1e-20)))

@@ -9,7 +9,7 @@ from pydantic import Field
 from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError
 from graspbench.grasp.contact import ContactModel, ContactPolytope, contact_polytope
-from graspbench.grasp.epsilon import smallest_support
+from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
 from graspbench.grasp.wrench import WrenchSpace, auto_torque_length, grasp_matrix, wrench_maps
 
 Norm: TypeAlias = Literal["l1", "linf"]
@@ -134,8 +134,8 @@ def ball_radius(maps: FloatArray, polytope: ContactPolytope, *, norm: Norm = "l1
     """Return Q3 for the contacts' wrench maps, shape (..., n_f, d, n_basis)."""
     wrenches = polytope.vertices @ np.swapaxes(maps, -1, -2)
     stacked = wrenches.reshape(-1, *wrenches.shape[-3:])
-    values = smallest_support(stacked, polytope, minkowski=norm == "linf", stop_at=0.0)
-    return np.maximum(values, 0.0).reshape(maps.shape[:-3])
+    values = smallest_support(stacked, polytope, minkowski=norm == "linf", stop_at=CLOSURE_TOLERANCE)
+    return np.where(values > CLOSURE_TOLERANCE, values, 0.0).reshape(maps.shape[:-3])
 
 
 def _batch(points: FloatArray, normals_in: FloatArray) -> tuple[FloatArray, FloatArray]:
