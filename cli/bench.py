@@ -7,7 +7,7 @@ import typer
 
 from graspbench.cli.arguments import Json
 
-_NAMES = ("clik", "reconstruction")
+_NAMES = ("clik", "quality", "reconstruction")
 
 
 def _complete(incomplete: str) -> list[str]:

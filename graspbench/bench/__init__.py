@@ -12,6 +12,7 @@ __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 
 BENCHMARKS = {
     "clik": "graspbench.bench.clik",
+    "quality": "graspbench.bench.quality",
     "reconstruction": "graspbench.bench.reconstruction",
 }
 
