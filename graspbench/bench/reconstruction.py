@@ -108,6 +108,8 @@ def _surface_rows(
     for name, chosen, repeats in methods:
         if quick:
             chosen = replace(chosen, nodes=402, refinement_steps=5)
+        # Voxels come without snapshots on the way, too.
+        chosen = replace(chosen, snapshot_every=chosen.max_iterations)
         once = _resting(silhouettes, chosen)
         once()
         seconds, surface = best_time(once, 1 if quick else repeats)

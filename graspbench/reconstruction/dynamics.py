@@ -45,6 +45,8 @@ class State(NamedTuple):
         excluder: The view that excludes each node, n_img for the ground, -1 inside the hull, shape (n_s,).
         way: Length of each node's path so far (m), shape (n_s,).
         due: Path length at which the node's side of the hull's border must be looked up, shape (n_s,).
+        rest_due: The same for all views but the one that excludes the node or that it crossed last,
+            0 where unknown, shape (n_s,).
         view_due: The same for each single view's border, shape (n_s, n_img + 1).
         before: Positions before each node's last crossing, shape (n_s, 3).
         after: Positions after each node's last crossing, shape (n_s, 3).
@@ -61,6 +63,7 @@ class State(NamedTuple):
     excluder: IntArray
     way: FloatArray
     due: FloatArray
+    rest_due: FloatArray
     view_due: FloatArray
     before: FloatArray
     after: FloatArray
@@ -94,6 +97,7 @@ def initial_state(points: FloatArray, views: int) -> State:
         np.zeros(size, dtype=np.int64),
         np.zeros(size, dtype=np.int64),
         np.zeros(size, dtype=np.int64),
+        np.zeros(size),
         np.zeros(size),
         np.zeros(size),
         np.zeros((size, views + 1)),
@@ -170,7 +174,8 @@ def _move(state: State, law: Law, fields: HullFields) -> float:
     """Take one semi-implicit Euler step; return the square of its largest motion."""
     points, velocities, forces = state.points, state.velocities, state.forces
     before, after, pulls, crossings = state.before, state.after, state.pulls, state.crossings
-    excluder, way, due, view_due = state.excluder, state.way, state.due, state.view_due
+    excluder, way, due = state.excluder, state.way, state.due
+    rest_due, view_due = state.rest_due, state.view_due
     crossed, views = state.crossed, len(fields.starts)
     keep = 1.0 / (1.0 + law.step * law.damping / law.mass)
     gain = law.step / law.mass * keep
@@ -188,24 +193,28 @@ def _move(state: State, law: Law, fields: HullFields) -> float:
         way[a] += np.sqrt(square)
         if way[a] >= due[a]:
             # Written out here: handing all these arrays to a function costs more than the look.
-            was = excluder[a]
-            now = -1
-            if was >= 0:
-                distance = view_distance(fields, was, x, y, z)
-                due[a] = view_due[a, was] = way[a] + SLACK * abs(distance)
+            was, now = excluder[a], -1
+            focus = was if was >= 0 else crossed[a]
+            if was >= 0 or rest_due[a] > way[a]:
+                distance = view_distance(fields, focus, x, y, z)
+                due[a] = view_due[a, focus] = way[a] + SLACK * abs(distance)
                 if distance > 0.0:
-                    now = was
-            if now < 0:
-                due[a] = np.inf
+                    now = focus
+                else:
+                    due[a] = min(due[a], rest_due[a])
+            if now < 0 and rest_due[a] <= way[a]:
+                due[a] = rest_due[a] = np.inf
                 for view in range(views + 1):
                     if view_due[a, view] <= way[a]:
                         distance = view_distance(fields, view, x, y, z)
                         view_due[a, view] = way[a] + SLACK * abs(distance)
                         if distance > 0.0:
                             now = view
-                            due[a] = view_due[a, view]
+                            due[a], rest_due[a] = view_due[a, view], 0.0
                             break
                     due[a] = min(due[a], view_due[a, view])
+                    if view != focus:
+                        rest_due[a] = min(rest_due[a], view_due[a, view])
             excluder[a] = now
             if (now < 0) != (was < 0):
                 for k in range(3):

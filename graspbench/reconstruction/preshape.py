@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 SIDES = 4
 """Planes a silhouette contributes: one for each side of its box."""
 
+DEEP_SHARE = 0.01
+"""A guess this share of the nearest camera's distance inside all planes needs no linear programme."""
+
 
 def preshape(
     silhouettes: "Sequence[Silhouette]",
@@ -116,7 +119,8 @@ def polyhedron_vertices(
     # Coordinates about the guess, in units of the nearest camera's distance.
     unit = float(np.linalg.norm(cameras - centre, axis=1).min())
     local = (offsets - normals @ centre) / unit
-    inner = _chebyshev_centre(normals, local, names)
+    # Any point well inside will do to start from; where it is has no influence on the vertices.
+    inner = np.zeros(3) if local.min() > DEEP_SHARE else _chebyshev_centre(normals, local, names)
     # At the apex of its own cone a camera is a vertex unless another station or the ground cuts it off.
     reached = np.all((cameras - centre) / unit @ normals.T <= local + 1e-9, axis=1)
     if reached.any():
@@ -124,14 +128,17 @@ def polyhedron_vertices(
             names, f"the space they leave reaches the camera of {names[int(reached.argmax())]}"
         )
     try:
-        corners = HalfspaceIntersection(np.column_stack((normals, -local)), inner).intersections
+        polyhedron = HalfspaceIntersection(np.column_stack((normals, -local)), inner)
     except QhullError as error:
         raise ReconstructionError(
             "the polyhedron of the silhouettes' boxes is too thin to be computed",
             remedy="check the camera calibration and the silhouettes",
             stations=names,
         ) from error
-    if not np.all(np.isfinite(corners)) or np.abs(corners).max() > 1e3:
+    corners = polyhedron.intersections
+    # Bounded is a polyhedron whose dual has the point inside it on its inner side everywhere.
+    bounded = bool(np.all(polyhedron.dual_equations[:, -1] < 0.0)) and bool(np.all(np.isfinite(corners)))
+    if not bounded or np.abs(corners).max() > 1e3:
         raise _not_enclosed(names, "the space they leave is unbounded")
     return _unique(corners, 1e-9) * unit + centre
 
