@@ -174,6 +174,7 @@ def _header(config: ManipulationConfig) -> dict[str, Any]:
     tree = config.as_tree()
     return {
         "schema": SCHEMA_VERSION,
+        "kind": "manipulation",
         "trial_id": config.trial_id,
         "seed": config.seed,
         "object": {"name": tree["object"]["name"]},

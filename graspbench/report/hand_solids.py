@@ -1,5 +1,6 @@
 """A hand's collision geometry as solids to draw."""
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,15 +29,30 @@ def hand_solids(
         joints: Joint positions, shape (n_q,).
         transform_palm_to_world: Pose of the palm, shape (4, 4).
     """
+    placed = placed_solids(hand, joints, transform_palm_to_world)
+    return tuple(_moved(solid, pose) for solid, pose in placed)
+
+
+def placed_solids(
+    hand: "HandModel", joints: FloatArray, transform_palm_to_world: FloatArray
+) -> list[tuple[Solid, FloatArray]]:
+    """Return the hand's links in their own frames, each with its pose in the world, shape (4, 4)."""
     data, placed = hand.model.createData(), hand.geometry.createData()
     pinocchio.updateGeometryPlacements(hand.model, data, hand.geometry, placed, joints)
     root = transform_palm_to_world @ np.linalg.inv(hand.transform_palm_to_root)
     solids = []
     for item, placement in zip(hand.geometry.geometryObjects, placed.oMg, strict=True):
-        solid = _solid(item.geometry, root @ placement.homogeneous, np.asarray(item.meshScale).ravel())
+        solid = _solid(item.geometry, np.eye(4), np.asarray(item.meshScale).ravel())
         if solid is not None:
-            solids.append(solid)
-    return tuple(solids)
+            solids.append((solid, root @ placement.homogeneous))
+    return solids
+
+
+def _moved(solid: Solid, pose: FloatArray) -> Solid:
+    rotation = pose[:3, :3]
+    return dataclasses.replace(
+        solid, points=solid.points @ rotation.T + pose[:3, 3], normals=solid.normals @ rotation.T
+    )
 
 
 def _solid(shape: Any, pose: FloatArray, scale: FloatArray) -> Solid | None:

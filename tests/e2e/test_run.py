@@ -29,7 +29,7 @@ def test_trial_gives_a_scored_and_executed_grasp(teddy_run):
     finished, _ = teddy_run
     assert finished.code == 0, finished.stderr
     result = finished.document
-    assert result["schema"] == 1
+    assert result["schema"] == 2
     assert result["status"] == "done"
     assert result["object"]["name"] == "teddy"
     assert len(result["local"]["contacts"]) == 3
@@ -57,6 +57,7 @@ def test_trial_folder_holds_record_pictures_and_tables(teddy_run):
         "surface.png",
         "grasp.png",
         "hand.png",
+        "geometry.json",
     }
     assert not list(output.glob(".*"))
     assert json.loads((folder / "result.json").read_text()) == finished.document

@@ -21,7 +21,7 @@ from graspbench.experiment.store import (
 
 
 def _result(trial_id, **more):
-    return {"schema": 1, "trial_id": trial_id, "status": "done", **more}
+    return {"schema": 2, "trial_id": trial_id, "status": "done", **more}
 
 
 def _write(store, trial_id, **more):
@@ -81,7 +81,7 @@ def test_a_killed_writer_loses_no_finished_trial(tmp_path, point):
             return rename(self, target)
         pathlib.Path.rename = killing
         with ResultStore(pathlib.Path({str(tmp_path)!r})).writing("abc") as folder:
-            (folder / "result.json").write_text(to_json({{"schema": 1, "trial_id": "abc", "value": 2}}))
+            (folder / "result.json").write_text(to_json({{"schema": 2, "trial_id": "abc", "value": 2}}))
         """
     )
     done = subprocess.run([sys.executable, "-c", script], check=False)
@@ -123,3 +123,18 @@ def test_an_unreadable_result_is_named(tmp_path, content):
     path.write_text(content)
     with pytest.raises(LogError, match=r"result\.json"):
         read_result(path)
+
+
+def test_a_result_of_the_first_schema_is_brought_to_the_present_one(tmp_path):
+    old = {"schema": 1, "trial_id": "a", "status": "done", "provenance": {"cpu": "x", "finished": "then"}}
+    path = tmp_path / "result.json"
+    path.write_text(to_json(old))
+    result = read_result(path)
+    assert result["schema"] == 2
+    assert result["kind"] == "trial"
+    assert result["provenance"] == {
+        "host": None, "started": None, "seconds": None, "cpu": "x", "finished": "then",
+    }  # fmt: skip
+    assert json.loads(path.read_text()) == old
+    path.write_text(to_json({**old, "motion": {"name": "rotate"}}))
+    assert read_result(path)["kind"] == "manipulation"
