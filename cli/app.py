@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from graspbench.cli import bench, config, hands, logs, manipulate, objects, paper, report, run, sweep
+from graspbench.cli import (
+    bench,
+    config,
+    hands,
+    logs,
+    manipulate,
+    measures,
+    objects,
+    paper,
+    report,
+    run,
+    sweep,
+)
 from graspbench.errors import GraspbenchError
 
 app = typer.Typer(
@@ -25,6 +37,7 @@ app.command("manipulate")(manipulate.manipulate)
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")
 app.add_typer(hands.app, name="hands")
+app.add_typer(measures.app, name="measures")
 app.add_typer(logs.app, name="log")
 app.command("bench")(bench.bench)
 

@@ -131,7 +131,7 @@ def _svd(matrices: FloatArray) -> FloatArray:
 def _qhull(wrenches: FloatArray) -> FloatArray:
     size = wrenches.shape[-1]
     offsets = [ConvexHull(grasp.reshape(-1, size)).equations[:, -1].max() for grasp in wrenches]
-    return np.maximum(-np.array(offsets), 0.0)
+    return np.maximum(-np.array(offsets, dtype=np.float64), 0.0)
 
 
 def _linear_programs(wrenches: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from graspbench.experiment.compose import Tree, compose_tree
 from graspbench.experiment.schema import Primary, complete_with_defaults, section_names, validate_section
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
+from graspbench.grasp.measure import MEASURES
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
 from graspbench.planning import PlannerParameters, SearchParameters
@@ -139,6 +140,8 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
         raise ConfigurationError(f"seed = {seed!r} cannot be used", remedy="give a whole number from 0 on")
     complete = complete_with_defaults(tree, primary)
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
+    for name in parts["quality"].measures:
+        MEASURES[name]  # refused before anything runs
     return complete, {"seed": seed, "index_name": complete["index"]["name"], **parts}
 
 

@@ -9,8 +9,10 @@ from scipy.spatial import ConvexHull
 
 from graspbench.arrays import FloatArray
 from graspbench.geometry.distance import distances_to_mesh
-from graspbench.grasp import Grasp
+from graspbench.grasp import Grasp, QualityParameters
+from graspbench.grasp.measure import evaluate_measures
 from graspbench.planning import GlobalResult, LocalPlan
+from graspbench.reconstruction import Surface
 from graspbench.simulation.execution import ExecutionResult
 
 if TYPE_CHECKING:
@@ -34,6 +36,17 @@ def global_result(found: GlobalResult) -> dict[str, Any]:
         field.name: getattr(found, field.name) for field in dataclasses.fields(found) if field.name != "grasp"
     }
     return {**values, **(_grasp(found.grasp) if found.grasp is not None else {})}
+
+
+def measures_result(grasp: Grasp | None, surface: Surface, quality: QualityParameters) -> dict[str, Any]:
+    """Return the further measures of a grasp that the configuration asks for; nothing if it asks for none."""
+    if grasp is None or not quality.measures:
+        return {}
+    torque_length_m = quality.torque_length_m(surface.points, surface.centroid)
+    values = evaluate_measures(
+        quality.measures, grasp.points, -grasp.normals, surface.centroid, quality, torque_length_m
+    )
+    return {"measures": {name: float(value) for name, value in values.items()}}
 
 
 def ratios(local: Mapping[str, Any], best: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:

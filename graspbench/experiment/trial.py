@@ -13,6 +13,7 @@ from graspbench.experiment.results import (
     execution_result,
     global_result,
     local_result,
+    measures_result,
     object_result,
     ratios,
     reconstruction_result,
@@ -58,7 +59,7 @@ def run_trial(
         execution = _execute(config, trial, motion, clock)
 
     with clock.stage("figures_of_merit"):
-        result = _result(trial, best, execution)
+        result = _result(config, trial, best, execution)
     with clock.stage("record"):
         if execution is not None:
             record.motion(trial.hand.joint_names, execution.motion)
@@ -121,10 +122,17 @@ def _execute(
 
 
 def _result(
-    trial: PlannedTrial, best: Mapping[str, GlobalResult], execution: ExecutionResult | None
+    config: TrialConfig,
+    trial: PlannedTrial,
+    best: Mapping[str, GlobalResult],
+    execution: ExecutionResult | None,
 ) -> dict[str, Any]:
-    local = local_result(trial.plan)
-    optima = {measure: global_result(found) for measure, found in best.items()}
+    surface, quality = trial.surfaces[-1], config.quality
+    local = {**local_result(trial.plan), **measures_result(trial.plan.grasp, surface, quality)}
+    optima = {
+        measure: {**global_result(found), **measures_result(found.grasp, surface, quality)}
+        for measure, found in best.items()
+    }
     return {
         "success": execution is None or execution.success,
         "object": object_result(trial),

@@ -5,7 +5,7 @@ import numpy as np
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.grasp.contact import ContactModel, contact_polytope
 from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
-from graspbench.grasp.quality import QualityParameters, _batch
+from graspbench.grasp.quality import QualityParameters, unit_batch
 from graspbench.grasp.wrench import WrenchSpace, wrench_maps
 
 __all__ = ["CLOSURE_TOLERANCE", "force_closure", "is_force_closure"]
@@ -32,7 +32,7 @@ def is_force_closure(
     Returns:
         A bool for one grasp, shape (n,) for a batch.
     """
-    points, normals_in = _batch(points, normals_in)
+    points, normals_in = unit_batch(points, normals_in)
     maps = wrench_maps(
         points,
         normals_in,

@@ -35,6 +35,13 @@ class QualityParameters:
     norm: Annotated[
         Norm, Field(description="Q3 bounds the sum of the finger forces (l1) or each of them (linf)")
     ] = "l1"
+    task_moment: Annotated[
+        float, Field(gt=0, description="Task ellipsoid: moments to resist per unit force, torque lengths")
+    ] = 0.5
+    measures: Annotated[
+        tuple[str, ...],
+        Field(description="Further measures to report of each grasp; see graspbench measures list"),
+    ] = ()
 
     def __post_init__(self) -> None:
         if self.torque_length != "auto" and not self.torque_length > 0.0:
@@ -103,7 +110,7 @@ def grasp_quality(
     Raises:
         ConfigurationError: An argument is unknown, out of range or of the wrong shape.
     """
-    points, normals_in = _batch(points, normals_in)
+    points, normals_in = unit_batch(points, normals_in)
     maps = wrench_maps(
         points,
         normals_in,
@@ -138,8 +145,8 @@ def ball_radius(maps: FloatArray, polytope: ContactPolytope, *, norm: Norm = "l1
     return np.where(values > CLOSURE_TOLERANCE, values, 0.0).reshape(maps.shape[:-3])
 
 
-def _batch(points: FloatArray, normals_in: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Check the shapes and make the normals unit."""
+def unit_batch(points: FloatArray, normals_in: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Check the shapes of one grasp or a batch, and make the normals unit."""
     points = np.asarray(points, dtype=np.float64)
     normals_in = np.asarray(normals_in, dtype=np.float64)
     if points.ndim not in (2, 3) or points.shape[-1] != 3 or points.shape != normals_in.shape:

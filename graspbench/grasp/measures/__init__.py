@@ -1,1 +1,1 @@
-"""TBD."""
+"""The registered measures of grasps."""
