@@ -124,3 +124,24 @@ def test_build_tasks_orders_by_priority_and_takes_a_kind():
 def test_wrong_options_are_refused(options, message):
     with pytest.raises(ConfigurationError, match=message):
         build_tasks(options)
+
+
+def test_any_registered_measure_can_be_raised_and_one_of_which_less_is_better_lowered():
+    rng = np.random.default_rng(4)
+    case = CHARTS["sphere"]
+    system = make_system(case[0], rng)
+    raised = build_tasks({"quality_measure": {"measure": "isotropy", "target": 1.0}})["quality_measure"]
+    lowered = build_tasks({"quality_measure": {"measure": "centre_distance", "target": 0.0}})[
+        "quality_measure"
+    ]
+    for _ in range(5):
+        state = random_state(system, case, rng)
+        up, down = raised.evaluate(state), lowered.evaluate(state)
+        assert up.error[0] == pytest.approx(1.0 - up.value[0])
+        assert down.error[0] == pytest.approx(-down.value[0])
+        joints, variables = state.joints.copy(), state.contact_variables.copy()
+        velocity = down.jacobian[0] * STEP / np.linalg.norm(down.jacobian[0])
+        state.update(joints - velocity[: system.n_joints], variables - state.rates(velocity))
+        assert lowered.evaluate(state).value[0] < down.value[0]
+    with pytest.raises(ConfigurationError, match="unknown measure"):
+        build_tasks({"quality_measure": {"measure": "beauty"}})

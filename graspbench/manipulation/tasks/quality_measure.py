@@ -1,15 +1,16 @@
 """Raise a quality measure of the grasp by moving the contacts."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import FloatArray
-from graspbench.grasp.contact import contact_polytope
-from graspbench.grasp.quality import ball_radius, singular_measures
-from graspbench.grasp.wrench import grasp_matrix, wrench_maps
+from graspbench.grasp.measure import MEASURES, GraspBatch, Measure
+from graspbench.grasp.quality import QualityParameters
+from graspbench.grasp.wrench import wrench_maps
 from graspbench.manipulation.contact_kinematics import State
 from graspbench.manipulation.task import TASKS, Task, TaskValue
 
@@ -19,14 +20,27 @@ _STEP = 1e-5
 @TASKS.register("quality_measure")
 @dataclass(frozen=True, kw_only=True)
 class QualityMeasure(Task):
-    """Climb a measure Q along its gradient over the contact coordinates (thesis 3.6 and 4.4)."""
+    """Climb a registered measure along its gradient over the contact coordinates (thesis 3.6 and 4.4).
+
+    A measure of which less is better is lowered to the target.
+    """
 
     gain: Annotated[float, Field(ge=0, description="Gain K of the error, 1/s")] = 1.0
-    measure: Annotated[Literal["q1", "q2", "q3"], Field(description="Measure to raise")] = "q1"
+    measure: Annotated[str, Field(description="Measure to raise; see graspbench measures list")] = "q1"
     target: Annotated[float, Field(description="Value to aim at; reached, the task pulls no more")] = 1.0
     friction: Annotated[float, Field(gt=0, description="Friction coefficient")] = 0.5
     cone_edges: Annotated[int, Field(ge=3, description="Edges of a friction cone")] = 8
     torque_length: Annotated[float, Field(gt=0, description="Torques are divided by it, m")] = 0.05
+
+    def __post_init__(self) -> None:
+        _ = self._model  # an unknown measure is refused at once
+
+    @cached_property
+    def _model(self) -> tuple[Measure, QualityParameters]:
+        quality = QualityParameters(
+            friction=self.friction, cone_edges=self.cone_edges, torque_length=self.torque_length
+        )
+        return MEASURES[self.measure], quality
 
     def evaluate(self, state: State) -> TaskValue | None:
         """Return the measure, or None where no contact can move."""
@@ -56,16 +70,16 @@ class QualityMeasure(Task):
             torque_length=self.torque_length,
             tangents=geometry[:, :, 2],
         )
-        if self.measure == "q3":
-            polytope = contact_polytope("hard_finger", self.friction, self.cone_edges)
-            values = ball_radius(maps, polytope)
-        else:
-            values = singular_measures(grasp_matrix(maps))[0 if self.measure == "q1" else 1]
+        measure, quality = self._model
+        values = measure.evaluate(
+            GraspBatch(geometry[:, :, 0], geometry[:, :, 1], np.zeros(3), maps, quality)
+        )
         slopes = (values[2::2] - values[1::2]) / np.array(steps)
         jacobian = np.zeros((1, system.n_variables))
         for n, i in enumerate(moving):
             jacobian[0] += slopes[2 * n : 2 * n + 2] @ state.xi_jacobians[i]
-        error = max(self.target - float(values[0]), 0.0)
+        error = self.target - float(values[0])
+        error = max(error, 0.0) if measure.better == "larger" else min(error, 0.0)
         return TaskValue(values[:1].copy(), jacobian, np.array([error]))
 
 
