@@ -1,5 +1,6 @@
 """The engine ``local``: worker processes on this machine that stay warm and may die alone."""
 
+import os
 import signal
 import threading
 import time
@@ -38,7 +39,7 @@ def run_local(
     store, waiting = ResultStore(root), deque(tasks)
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
     context.set_forkserver_preload(list(PRELOADED))
-    pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker)
+    pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=(os.getpid(),))
     running: dict[Any, Task] = {}
     try:
         while running or (waiting and not stop.is_set()):

@@ -1,10 +1,12 @@
 """What happens inside a worker: one trial after the other, in a process that may die alone."""
 
-import ctypes
+import contextlib
 import faulthandler
 import os
 import resource
+import select
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,7 +17,6 @@ from graspbench.experiment.runner import fault_file, run_and_store
 from graspbench.experiment.store import ResultStore
 
 PRELOADED = ("graspbench.experiment.worker", "graspbench.experiment.trial")
-_PR_SET_PDEATHSIG = 1
 _TRACEBACK_BEFORE_TIMEOUT_S = 0.5
 
 
@@ -46,12 +47,23 @@ class Limits:
     memory_mb: float | None = None
 
 
-def start_worker() -> None:
-    """Prepare a worker process: load everything, leave Ctrl-C to the sweep, never outlive it."""
+def start_worker(sweep_process: int) -> None:
+    """Prepare a worker process: load everything, leave Ctrl-C to the sweep, never outlive it.
+
+    Args:
+        sweep_process: The process that runs the sweep.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_die_with, args=(sweep_process,), daemon=True).start()
     import graspbench.experiment.trial  # noqa: F401  loads every stage
+
+
+def _die_with(process: int) -> None:
+    """End this process as soon as another one has ended, which it may do without a word (SIGKILL)."""
+    with contextlib.suppress(ProcessLookupError):  # it is gone already
+        select.select([os.pidfd_open(process)], [], [])
+    os._exit(1)
 
 
 def run_task(task: Task, root: Path) -> bool:

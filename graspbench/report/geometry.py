@@ -80,7 +80,8 @@ def write_geometry(geometry: dict[str, Any], folder: Path) -> Path:
 def unpack_points(packed: dict[str, Any]) -> FloatArray:
     """Return the points of a stored mesh, shape (n, 3)."""
     steps = np.frombuffer(base64.b64decode(packed["data"]), dtype="<u2").reshape(-1, 3)
-    return np.asarray(packed["low"]) + steps * np.asarray(packed["step"])
+    points: FloatArray = np.asarray(packed["low"]) + steps * np.asarray(packed["step"])
+    return points
 
 
 def _mesh(role: str, points: FloatArray, faces: IntArray, pose: FloatArray | None = None) -> dict[str, Any]:
@@ -108,4 +109,4 @@ def _rounded(values: FloatArray, digits: int = 5) -> list[float]:
 def _thinned(points: FloatArray) -> FloatArray:
     """Return at most a few points of a path, its ends among them."""
     keep = np.unique(np.linspace(0, len(points) - 1, min(len(points), _PATH_POINTS)).round().astype(int))
-    return points[keep]
+    return np.asarray(points[keep])
