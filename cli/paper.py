@@ -8,7 +8,7 @@ import typer
 from graspbench.cli.arguments import ConfigDir, Json
 from graspbench.errors import ConfigurationError
 
-_NAMES = ("table-3.1", "case-study")
+_NAMES = ("table-3.1", "appendix-a", "case-study")
 
 
 def _complete(incomplete: str) -> list[str]:

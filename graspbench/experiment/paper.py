@@ -1,11 +1,12 @@
 """The thesis' experiments, by name."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from graspbench.errors import ConfigurationError
+from graspbench.experiment.appendix_a import appendix_a
+from graspbench.experiment.paper_result import PaperResult, Say
 from graspbench.experiment.store import (
     SCHEMA_VERSION,
     ResultStore,
@@ -15,24 +16,6 @@ from graspbench.experiment.store import (
 )
 from graspbench.experiment.sweep import SweepOptions, plan_sweep, run_sweep
 from graspbench.report import comparison_table, write_table
-
-Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class PaperResult:
-    """What an experiment gives.
-
-    Attributes:
-        rows: The rows of its table.
-        document: The machine-readable document.
-        files: Tables and pictures that were written.
-    """
-
-    rows: Sequence[dict[str, Any]]
-    document: dict[str, Any]
-    files: Sequence[Path]
-
 
 Experiment = Callable[[Path, Sequence[str], int, Path | None, Say], PaperResult]
 
@@ -102,4 +85,8 @@ def _shown(summary: dict[str, Any]) -> dict[str, Any]:
     return {key: summary[key] for key in keys}
 
 
-EXPERIMENTS: dict[str, Experiment] = {"table-3.1": table_3_1, "case-study": case_study}
+EXPERIMENTS: dict[str, Experiment] = {
+    "table-3.1": table_3_1,
+    "appendix-a": appendix_a,
+    "case-study": case_study,
+}

@@ -15,6 +15,8 @@ from graspbench.report.render import Viewpoint, render
 from graspbench.report.solids import Solid, ball, surface_solid, tube
 
 if TYPE_CHECKING:  # pictures only read attributes: no need to load the stages
+    from matplotlib.lines import Line2D
+
     from graspbench.grasp.configuration import Grasp
     from graspbench.perception.camera import View
     from graspbench.perception.silhouette import Silhouette
@@ -112,8 +114,46 @@ def draw_grasp(
         caption: Second line, such as the scores.
     """
     size, head, foot = (1100, 760), 64 if caption else 40, 40
-    seen = np.concatenate([surface.points, *(p.approach for p in paths), *(s.points for s in hand)])
-    view = _best_viewpoint(seen, grasp, size[0] / size[1])
+    image = grasp_image(surface, grasp, paths, size, hand=hand)
+    figure = style.canvas(size[0], head + size[1] + foot)
+    style.place(figure, image, 0, head)
+    if title:
+        style.write(figure, title, 18, 14, 15, weight="bold")
+    if caption:
+        style.write(figure, caption, 18, 42, 12)
+    entries = grasp_legend(bool(paths))
+    place = (0.5, 4 / (head + size[1] + foot))
+    figure.legend(
+        handles=entries, loc="lower center", bbox_to_anchor=place, frameon=False, fontsize=12,
+        ncols=len(entries), columnspacing=2.0, handlelength=1.4,
+    )  # fmt: skip
+    return style.save(figure, path)
+
+
+def grasp_image(
+    surface: Surface,
+    grasp: Grasp,
+    paths: Sequence[FingertipPath],
+    size: tuple[int, int],
+    *,
+    hand: Sequence[Solid] = (),
+    more: Sequence[Solid] = (),
+) -> ImageArray:
+    """Render a grasp and its fingertip paths from where the contacts are seen best.
+
+    Args:
+        surface: The surface at rest.
+        grasp: The grasp on it.
+        paths: The fingertip paths; may be empty.
+        size: Width and height, px.
+        hand: The hand's links in the world.
+        more: Further marks that shine through.
+
+    Returns:
+        RGB image on white.
+    """
+    seen = [surface.points, *(p.approach for p in paths), *(s.points for s in (*hand, *more))]
+    view = _best_viewpoint(np.concatenate(seen), grasp, size[0] / size[1])
     scale = view.radius_m
     marks = [ball(point, 0.024 * scale, style.CONTACT) for point in grasp.points]
     marks.append(ball(grasp.centroid, 0.028 * scale, style.CENTROID))
@@ -123,26 +163,19 @@ def draw_grasp(
         marks.append(tube(finger.grasp, 0.008 * scale, style.GRASP))
     ground = float(surface.points[:, 2].min())
     solids = [surface_solid(surface, style.SURFACE), *hand]
-    image = render(solids, marks, view, size, ground_height_m=ground)
-    figure = style.canvas(size[0], head + size[1] + foot)
-    style.place(figure, image, 0, head)
-    if title:
-        style.write(figure, title, 18, 14, 15, weight="bold")
-    if caption:
-        style.write(figure, caption, 18, 42, 12)
+    return render(solids, [*marks, *more], view, size, ground_height_m=ground)
+
+
+def grasp_legend(with_paths: bool) -> list[Line2D]:
+    """Return the legend's entries of a grasp's picture."""
     entries = [style.dot(style.CONTACT, "contacts"), style.dot(style.CENTROID, "centroid")]
-    if paths:
+    if with_paths:
         entries += [
             style.dot(style.FLOATING, "floating points", 7),
             style.stroke(style.APPROACH, "approach"),
             style.stroke(style.GRASP, "grasp"),
         ]
-    place = (0.5, 4 / (head + size[1] + foot))
-    figure.legend(
-        handles=entries, loc="lower center", bbox_to_anchor=place, frameon=False, fontsize=12,
-        ncols=len(entries), columnspacing=2.0, handlelength=1.4,
-    )  # fmt: skip
-    return style.save(figure, path)
+    return entries
 
 
 def _viewpoint(

@@ -1,16 +1,20 @@
 """Mirtich and Canny's index for discretised surfaces (thesis appendix A).
 
 Three contacts are best when their normals lie in one plane, 120 degrees apart, and their outer triangle is
-the
-largest: the triangle of the three lines through the contacts, perpendicular to the normals (Mirtich and
-    Canny,
-"Easily computable optimum grasps in 2-D and 3-D", 1994). On nodes no such plane exists exactly, so the
-errors CEI and EEGI may reach a threshold. All combinations of the contacts' contours are looked at, and the
-largest outer triangle within the thresholds is the next grasp; while there is none, the smallest errors
-are.
+the largest: the triangle of the three lines through the contacts, perpendicular to the normals (Mirtich and
+Canny, "Easily computable optimum grasps in 2-D and 3-D", 1994). On nodes no such plane exists exactly, so
+the errors CEI and EEGI may reach a threshold. All combinations of the contacts' contours are looked at, and
+the largest outer triangle within the thresholds is the next grasp; while there is none, the smallest errors
+are. Errors below the thresholds cost a small share of the triangle, or the largest one would always be found
+where an error has just reached its threshold.
 
-Two contacts have no outer triangle: their index is antipodality, the angles between normals and connecting
-line, and the longest line within the threshold.
+How many fingers:
+
+* n_f = 3: as above.
+* n_f = 2: there is no outer triangle. The index is antipodality, the mean angle between the normals and the
+  connecting line, with phi_cei as threshold; the longest line within it is the best grasp.
+* n_f = 1 and n_f >= 4: not defined. Four lines bound no single outer polygon, and normals spaced 360 / n_f
+  degrees apart are not what Mirtich and Canny prove to be best. The constructor raises ConfigurationError.
 """
 
 from dataclasses import dataclass
@@ -43,7 +47,7 @@ class MirtichCannyParameters:
     error_weight: Annotated[
         float,
         Field(ge=0, lt=1, description="Share of the outer triangle that errors at the thresholds are worth"),
-    ] = 0.1
+    ] = 0.15
 
 
 def mirtich_canny_scores(
@@ -80,7 +84,9 @@ def antipodal_scores(points: FloatArray, normals: FloatArray) -> tuple[float, fl
         distance in m.
     """
     errors = np.empty(3)
-    _score(np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(normals, dtype=float), errors)
+    score_contacts(
+        np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(normals, dtype=float), errors
+    )
     return float(errors[0]), float(errors[2])
 
 
@@ -127,7 +133,7 @@ class MirtichCanny:
     def score(self, surface: Surface, vertices: IntArray) -> float:
         """Return the outer triangle's area (two contacts: the distance), or minus the relative errors."""
         scores = np.empty(3)
-        _score(surface.points[vertices], surface.normals[vertices], scores)
+        score_contacts(surface.points[vertices], surface.normals[vertices], scores)
         value: float = _merit(scores, self._thresholds, self._parameters.error_weight)
         return value
 
@@ -135,11 +141,11 @@ class MirtichCanny:
 @compiled
 def _score_all(points: FloatArray, normals: FloatArray, scores: FloatArray) -> None:
     for g in range(points.shape[0]):
-        _score(points[g], normals[g], scores[g])
+        score_contacts(points[g], normals[g], scores[g])
 
 
 @compiled
-def _score(points: FloatArray, normals: FloatArray, scores: FloatArray) -> None:
+def score_contacts(points: FloatArray, normals: FloatArray, scores: FloatArray) -> None:
     """Write CEI and EEGI in deg and the outer triangle's area; two contacts: error, 0, distance."""
     if points.shape[0] == 2:
         _score_pair(points, normals, scores)
@@ -246,7 +252,7 @@ def _search(
                 directions[i, a] = normals[node, a]
         if not allowed:
             continue
-        _score(contacts, directions, scores)
+        score_contacts(contacts, directions, scores)
         merit = _merit(scores, thresholds, weight)
         # Combination 0 is to stay; rounding is no reason to leave.
         if merit > best + 1e-12 * abs(best):

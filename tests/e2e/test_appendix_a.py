@@ -1,0 +1,60 @@
+"""Appendix A through the real command line."""
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def appendix(cli, tmp_path_factory):
+    output = tmp_path_factory.mktemp("appendix")
+    finished = cli("paper", "appendix-a", "planner.rotations=3", "--json", "-o", output)
+    assert finished.code == 0, finished.stderr
+    return {row["object"]: row for row in finished.document["rows"]}, output
+
+
+@pytest.mark.parametrize(
+    ("name", "cei_deg", "eegi_deg"), [("keystone_prism", 9.9, 1.04), ("trilobe", 13.0, 2.2)]
+)
+def test_errors_are_at_most_the_thesis_and_the_triangle_is_nearly_the_largest(
+    appendix, name, cei_deg, eegi_deg
+):
+    row = appendix[0][name]
+    assert row["cei_deg"] <= cei_deg
+    assert row["eegi_deg"] <= eegi_deg
+    assert 0.95 <= row["area_ratio"] <= 1.0
+    assert row["triples"] == row["nodes"] * (row["nodes"] - 1) * (row["nodes"] - 2) // 6
+
+
+def test_two_fingers_on_corners_and_one_on_the_opposite_face(appendix):
+    row = appendix[0]["keystone_prism"]
+    normals = np.array(row["normals"])
+    azimuths = np.sort(np.degrees(np.arctan2(normals[:, 1], normals[:, 0])))
+    # The faces' normals are at -90, 26.6, 90 and 153.4 degrees; the lower corners lie between.
+    left, right, top = azimuths
+    assert -175 < left < -110
+    assert -70 < right < 5
+    assert top == pytest.approx(90, abs=12)
+
+
+def test_figures_and_tables_are_there(appendix):
+    output = appendix[1]
+    files = {path.name for path in output.iterdir()}
+    assert files == {
+        "figure_A_1.png", "figure_A_2.png", "table.csv", "table.md", "table.tex", "result.json",
+    }  # fmt: skip
+    assert "keystone" in (output / "table.tex").read_text()
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("hand.fingers=2", "needs 3 fingers, not 2"),
+        ("hand.fingers=4", "needs 3 fingers, not 4"),
+        ("index=force_field", "about the index mirtich_canny, not force_field"),
+    ],
+)
+def test_what_it_is_not_for(cli, tmp_path, override, message):
+    finished = cli("paper", "appendix-a", override, "-o", tmp_path / "out")
+    assert finished.code == 2
+    assert message in finished.stderr
+    assert not (tmp_path / "out").exists()
