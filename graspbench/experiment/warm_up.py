@@ -25,7 +25,7 @@ def warm_up_planner() -> None:
     from graspbench.experiment.config import load_config
     from graspbench.planning import make_index, plan_local
 
-    config = load_config(["planner.shortlist=2", "planner.planes=1"])
+    config = load_config(["planner.candidates=1", "planner.planes=1"])
     index = make_index(config.index_name, config.index, 3, config.quality)
     plan_local([_ball()], index, None, 3, config.planner, config.quality)
 

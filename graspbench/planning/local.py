@@ -22,7 +22,7 @@ from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.merit import best_first, merit_of, quality_of
 from graspbench.planning.parameters import PlannerParameters
-from graspbench.planning.screen import screen
+from graspbench.planning.screen import polish, screen
 from graspbench.planning.settling import Placer, Settler, Track, settle
 from graspbench.reconstruction.surface import Surface
 
@@ -230,11 +230,11 @@ class _Search:
         if self._planner.select == "first":
             self._try_in_order(surface, found)
         else:
-            self._try_best_first(surface, found)
+            self._try_planes(surface, found)
             if not found:  # look closer before giving up
                 self._planes = initial_grasps(self._surfaces[0], self._n_f, 3 * self._planner.rotations)
                 self._seen = []
-                self._try_best_first(surface, found)
+                self._try_planes(surface, found)
         if not found:
             raise self._failure()
         return max(found, key=lambda candidate: candidate.merit)
@@ -248,24 +248,32 @@ class _Search:
                 if initial is not self._lead_initial:
                     self._try(surface, initial, [initial.vertices], found)
 
-    def _try_best_first(self, surface: Surface, found: list[_Candidate]) -> None:
-        """Follow all first grasps without the hand, then let the hand try the best local optima."""
-        planes = islice(self._every_plane(), self._planner.planes)
-        starts = [initial for plane in planes for initial in plane]
+    def _try_planes(self, surface: Surface, found: list[_Candidate]) -> None:
+        """Try the planes in their order, some at a time, until one holds a grasp."""
+        planes = self._every_plane()
+        while starts := [initial for plane in islice(planes, self._planner.planes) for initial in plane]:
+            self._try_best_first(surface, starts, found)
+            if found:
+                return
+
+    def _try_best_first(self, surface: Surface, starts: list[InitialGrasp], found: list[_Candidate]) -> None:
+        """Follow first grasps without the hand, then let the hand try the best local optima."""
         allowed = np.ones(len(surface.points), dtype=np.bool_)
         if self._checker is not None:
             allowed = self._checker.vertex_mask(surface.points, surface.normals)
-        optima = screen(
-            self._index, surface, starts, allowed, self._planner.shortlist, self._planner.max_moves
-        )
-        self.tried += len(starts) - len(optima)
-        feasible = 0
+        optima = screen(self._index, surface, starts, allowed, self._planner.max_moves)
+        tried_before, enough = self.tried, len(found) + self._planner.candidates
+        seen: set[tuple[int, ...]] = set()
         for rank in self._ranked(surface, [optimum.vertices for optimum in optima]):
-            if feasible == self._planner.candidates:
+            if len(found) == enough:
                 break
-            before = len(found)
-            self._try(surface, optima[rank].initial, list(optima[rank].path), found)
-            feasible += len(found) - before
+            rough, before = optima[rank], len(found)
+            for optimum in (polish(self._index, surface, rough, allowed, self._planner.max_moves), rough):
+                # Where the hand cannot hold the better one, the other may still do.
+                if optimum.contacts not in seen and len(found) == before:
+                    seen.add(optimum.contacts)
+                    self._try(surface, optimum.initial, list(optimum.path), found)
+        self.tried = tried_before + len(starts)
 
     def _ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[int]:
         """Yield local optima from the best on; those that are not force closure are noted and left out."""

@@ -83,12 +83,9 @@ class PlannerParameters:
         int,
         Field(ge=1, le=11, description="Planes of the first grasp to try when the best grasp is selected"),
     ] = 11
-    shortlist: Annotated[
-        int, Field(ge=1, description="Local optima that are looked at closely, best by the index")
-    ] = 66
     candidates: Annotated[
-        int, Field(ge=1, description="Grasps among them, the hand included, to choose the best from")
-    ] = 8
+        int, Field(ge=1, description="Grasps, the hand included, to choose the best from")
+    ] = 4
     select: Annotated[
         Literal["first", "index", "quality"],
         Field(description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"),

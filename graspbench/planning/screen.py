@@ -30,33 +30,54 @@ class LocalOptimum:
         vertices: IntArray = self.path[-1]
         return vertices
 
+    @property
+    def contacts(self) -> tuple[int, ...]:
+        """Its vertices in ascending order: equal for grasps that touch the same places."""
+        return tuple(sorted(self.vertices.tolist()))
+
 
 def screen(
-    index: Index, surface: Surface, starts: list[InitialGrasp], allowed: BoolArray, keep: int, max_moves: int
+    index: Index, surface: Surface, starts: list[InitialGrasp], allowed: BoolArray, max_moves: int
 ) -> list[LocalOptimum]:
-    """Follow many first grasps to their local optima, without the hand, and keep the best ones.
+    """Follow many first grasps to where no contact alone wants to move, without the hand.
 
     Args:
         index: What to climb.
         surface: The surface at rest.
-        starts: First grasps.
+        starts: First grasps; contacts that are not allowed start at the nearest allowed nodes.
         allowed: Nodes that a fingertip can touch at all, shape (n_s,).
-        keep: Number of different local optima to return.
         max_moves: Moves after which a climb is given up.
 
     Returns:
-        The local optima, best score first; equal scores in the order of ``starts``.
+        The local optima, all different, best score first; equal scores in the order of ``starts``.
     """
     reached: dict[tuple[int, ...], LocalOptimum] = {}
     for initial in starts:
-        path = _climb(index, surface, initial.vertices, allowed, thorough=False, max_moves=max_moves)
-        _keep(reached, LocalOptimum(initial, path, index.score(surface, path[-1])))
-    refined: dict[tuple[int, ...], LocalOptimum] = {}
-    for optimum in _best(reached, keep):
-        further = _climb(index, surface, optimum.vertices, allowed, thorough=True, max_moves=max_moves)
-        path = np.vstack((optimum.path, further[1:]))
-        _keep(refined, LocalOptimum(optimum.initial, path, index.score(surface, path[-1])))
-    return _best(refined, keep)
+        first = _moved_to(allowed, surface, initial.vertices)
+        if len(set(first.tolist())) < len(first):
+            continue
+        path = _climb(index, surface, first, allowed, thorough=False, max_moves=max_moves)
+        optimum = LocalOptimum(initial, path, index.score(surface, path[-1]))
+        reached.setdefault(optimum.contacts, optimum)
+    return sorted(reached.values(), key=lambda optimum: -optimum.score)
+
+
+def polish(
+    index: Index, surface: Surface, optimum: LocalOptimum, allowed: BoolArray, max_moves: int
+) -> LocalOptimum:
+    """Climb on with several contacts at a time; arguments as those of ``screen``."""
+    further = _climb(index, surface, optimum.vertices, allowed, thorough=True, max_moves=max_moves)
+    path = np.vstack((optimum.path, further[1:]))
+    return LocalOptimum(optimum.initial, path, index.score(surface, path[-1]))
+
+
+def _moved_to(allowed: BoolArray, surface: Surface, vertices: IntArray) -> IntArray:
+    """Return the vertices, those that are not allowed replaced by the nearest allowed nodes."""
+    moved = vertices.copy()
+    for i in np.flatnonzero(~allowed[vertices]):
+        gaps = surface.points - surface.points[vertices[i]]
+        moved[i] = np.argmin(np.where(allowed, np.einsum("ij,ij->i", gaps, gaps), np.inf))
+    return moved
 
 
 def _climb(
@@ -78,12 +99,3 @@ def _climb(
         visited.add(tuple(proposed.tolist()))
         steps.append(proposed)
     return np.array(steps)
-
-
-def _keep(found: dict[tuple[int, ...], LocalOptimum], optimum: LocalOptimum) -> None:
-    """Keep the first of equal sets of contacts."""
-    found.setdefault(tuple(sorted(optimum.vertices.tolist())), optimum)
-
-
-def _best(found: dict[tuple[int, ...], LocalOptimum], keep: int) -> list[LocalOptimum]:
-    return sorted(found.values(), key=lambda optimum: -optimum.score)[:keep]

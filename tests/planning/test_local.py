@@ -169,7 +169,7 @@ def test_takes_the_next_plane_when_the_hand_cannot_hold_the_first():
         geometry = grip_geometry(points, egg().centroid)
         return abs(geometry.normal[2]) < 0.95
 
-    found = plan(shrinking(egg(), steps=3), checker=Refusing(tilted), planes=5)
+    found = plan(shrinking(egg(), steps=3), checker=Refusing(tilted), planes=1)
     assert found.initial.plane > 0
     assert tilted(found.grasp.points)
 
