@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from graspbench.compiled import compiled
 
 FloatImage = npt.NDArray[np.float32]
 
@@ -131,7 +131,7 @@ def _border(image: ImageArray, fraction: float) -> ImageArray:
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _distances(pixels: ImageArray, modes: FloatImage) -> FloatImage:
     """Distance of colours to the nearest mode's brightness segment, shape (n,)."""
     out = np.empty(len(pixels), dtype=np.float32)

@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from graspbench.arrays import BoolArray, ImageArray
+from graspbench.compiled import compiled
 
 _REACH = 2
 
@@ -33,7 +33,7 @@ def estimate_coverage(image: ImageArray, blob: BoolArray) -> npt.NDArray[np.floa
     return coverage
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _estimate(image: ImageArray, zone: npt.NDArray[np.uint8], out: npt.NDArray[np.float32]) -> None:
     """Place the colour of each pixel of zones 1 and 2 between the mean colours of zones 0 and 3 nearby."""
     height, width = zone.shape

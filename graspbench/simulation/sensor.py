@@ -6,10 +6,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.special import ndtri
 
 from graspbench.arrays import ImageArray
+from graspbench.compiled import compiled
 from graspbench.simulation.scene import SceneParameters
 
 _LEVELS = 1 << 16
@@ -53,7 +53,7 @@ def _normal_quantiles() -> npt.NDArray[np.float32]:
     return ndtri((np.arange(_LEVELS) + 0.5) / _LEVELS).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _expose(
     image: ImageArray,
     slope_u: np.float32,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from graspbench.arrays import FloatArray, ImageArray
+from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
 from graspbench.perception.camera import Intrinsics
 from graspbench.simulation.colours import SceneColours
@@ -177,7 +177,7 @@ def _shadow(
     return (top, bottom, left, right), shade.astype(np.float32) / np.float32(255.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _draw(
     texture: ImageArray,
     texels_per_m: float,
