@@ -1,9 +1,12 @@
 import dataclasses
+from itertools import combinations
 
 import numpy as np
+import pinocchio
 import pytest
 
 from graspbench.hand import GraspChecker, HandParameters, load_hand
+from graspbench.hand.verification import _bodies, _distance
 from graspbench.planning.barrier import (
     KinematicBarrier,
     barrier_force,
@@ -85,6 +88,35 @@ def test_terms_are_those_of_the_finger_solved_at_each_contour_point(grasp):
             for s in solved.smallest_singular_value
         ]
         np.testing.assert_allclose(values.singularity[i], expected, rtol=1e-6, atol=1e-9)
+
+
+def test_clearance_term_is_that_of_the_nearest_pair_of_links(grasp):
+    vertices, posture = grasp
+    parameters = BarrierParameters(clearance_m=0.049, strength_n=1.0)
+    values = KinematicBarrier(HAND, None, parameters).values(SURFACE, vertices, posture)
+    least = max(HAND.margins.hand_m, HAND.margins.ground_m)
+    strongest = values.clearance[:, 0].max()
+    nearest = least + (0.049 - least) / (1.0 + strongest)
+    # Coal's distances between the links of different bodies; the compiled shapes are a little fatter.
+    assert nearest == pytest.approx(coal_clearance(HAND, posture.joints), abs=2e-3)
+    assert nearest == pytest.approx(posture.clearance_m, abs=1e-5)
+
+
+def coal_clearance(hand, joints):
+    data = hand.model.createData()
+    pinocchio.forwardKinematics(hand.model, data, joints)
+    items = hand.geometry.geometryObjects
+    placed = [data.oMi[item.parentJoint] * item.placement for item in items]
+    bodies = _bodies(hand)
+    pairs = {
+        frozenset((tuple(hand.shapes.index[a, :2]), tuple(hand.shapes.index[b, :2])))
+        for a, b in hand.shapes.pairs
+    }
+    return min(
+        _distance(items[a].geometry, placed[a], items[b].geometry, placed[b])
+        for a, b in combinations(range(len(items)), 2)
+        if frozenset((bodies[a], bodies[b])) in pairs
+    )
 
 
 def test_ground_repels_what_comes_near_it(grasp):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from graspbench.errors import ConfigurationError
+from graspbench.planning.barrier import barrier_force
 from graspbench.planning.grip_plane import grip_geometry
 from graspbench.planning.index import INDICES, Moves, contour_nodes, free_moves, make_index
 from graspbench.planning.indices.force_field import (
@@ -263,6 +264,39 @@ def test_barrier_turns_a_contact_away():
     barrier[finger, nodes[finger] == free[finger]] = 1e3
     proposed = index.propose(surface, start, Moves(nodes, barrier, np.zeros((3, 3))))
     assert proposed is None or proposed[finger] != free[finger]
+
+
+def test_barrier_alone_drives_a_contact_away_from_what_repels_it():
+    surface = ellipsoid((0.04, 0.04, 0.04), at_rest=False)
+    start = near(surface, [[1, 0, 0], [-0.5, 0.866, 0], [-0.5, -0.866, 0]])
+    nodes = contour_nodes(surface, start)
+    here = surface.points[start[0]]
+    above = surface.points[nodes[0], 2] > here[2] + 1e-4
+    barrier = np.zeros(nodes.shape)
+    barrier[0, above] = 2.0
+    barrier[0, 0] = 1.0  # where the contact is, it is not comfortable either
+    force = barrier_force(surface.points, nodes, barrier)
+    assert force[0, 2] < 0.0
+    index = ForceField(ForceFieldParameters(**PURE, k_b=0.5), 3)
+    proposed = index.propose(surface, start, Moves(nodes, barrier, force))
+    assert surface.points[proposed[0], 2] < here[2]
+    np.testing.assert_array_equal(proposed[1:], start[1:])
+    unmoved = ForceField(ForceFieldParameters(**PURE, k_b=0.0), 3)
+    assert unmoved.propose(surface, start, Moves(nodes, barrier, force)) is None
+
+
+def test_force_along_the_normal_moves_nothing():
+    surface = ellipsoid((0.04, 0.04, 0.04), at_rest=False)
+    start = near(surface, [[1, 0, 0], [-0.5, 0.866, 0], [-0.5, -0.866, 0]])
+    nodes = contour_nodes(surface, start)
+    barrier = np.zeros(nodes.shape)
+    barrier[:, 0] = 1.0
+    index = ForceField(ForceFieldParameters(**PURE), 3)
+    assert index.propose(surface, start, Moves(nodes, barrier, 5.0 * surface.normals[start])) is None
+    aside = np.tile([0.0, 0.0, 0.1], (3, 1))
+    assert (
+        index.propose(surface, start, Moves(nodes, barrier, 5.0 * surface.normals[start] + aside)) is not None
+    )
 
 
 def test_registered_with_its_parameters_and_refuses_one_finger():
