@@ -1,5 +1,6 @@
 """``graspbench paper``: the thesis' experiments, by name."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +9,7 @@ import typer
 from graspbench.cli.arguments import ConfigDir, Json
 from graspbench.errors import ConfigurationError
 
-_NAMES = ("table-3.1", "appendix-a", "case-study")
+_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study")
 
 
 def _complete(incomplete: str) -> list[str]:
@@ -26,16 +27,23 @@ def paper(
         typer.Option("--output", "-o", help="results/NAME by default.", show_default=False),
     ] = None,
     jobs: Annotated[int, typer.Option(min=0, help="Trials at a time.")] = 1,
+    forces: Annotated[
+        bool, typer.Option("--forces", help="figures-3: draw force field and barrier at the contacts too.")
+    ] = False,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
     """Repeat an experiment of the thesis and set its figures beside the thesis' own."""
     from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.experiment.figures_3 import figures_3
     from graspbench.experiment.paper import EXPERIMENTS
 
     if name not in EXPERIMENTS:
         raise ConfigurationError(f"unknown experiment '{name}'", remedy=f"choose one of {', '.join(_NAMES)}")
-    done = EXPERIMENTS[name](output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
+    if forces and name != "figures-3":
+        raise ConfigurationError(f"'{name}' draws no forces", remedy="use --forces with figures-3")
+    experiment = partial(figures_3, forces=True) if forces else EXPERIMENTS[name]
+    done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
     if as_json:
         print_json({"schema": 1, **done.document})
         return

@@ -7,7 +7,7 @@ from typing import Any
 
 from graspbench.errors import ConfigurationError, PlanningError
 from graspbench.experiment.config import TrialConfig, load_config
-from graspbench.experiment.paper_result import PaperResult, Say
+from graspbench.experiment.paper_result import PaperResult, Say, published
 from graspbench.experiment.store import SCHEMA_VERSION, to_json, write_atomically
 from graspbench.geometry import load_object
 from graspbench.perception import silhouettes as find_silhouettes
@@ -58,17 +58,17 @@ def appendix_a(
     configs = [load_config([*_DEFAULTS, *choice, *overrides], config_dir) for choice in choices]
     for config in configs:
         _check(config)
-    output.mkdir(parents=True, exist_ok=True)
     rows, files = [], []
-    for config in configs:
-        row, figure = _run(config, output, say)
-        rows.append(row)
-        files.append(figure)
-    files += _write_tables(rows, configs[0], output)
-    document = {"rows": rows}
-    write_atomically(output / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
+    with published(output) as folder:
+        for config in configs:
+            row, figure = _run(config, folder, say)
+            rows.append(row)
+            files.append(figure)
+        files += _write_tables(rows, configs[0], folder)
+        files.append(folder / "result.json")
+        write_atomically(files[-1], to_json({"schema": SCHEMA_VERSION, "rows": rows}))
     shown = [{key: value for key, value in row.items() if key in _SHOWN} for row in rows]
-    return PaperResult(shown, document, [*files, output / "result.json"])
+    return PaperResult(shown, {"rows": rows}, [output / path.name for path in files])
 
 
 def _check(config: TrialConfig) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 from graspbench.errors import ConfigurationError
 from graspbench.experiment.appendix_a import appendix_a
+from graspbench.experiment.figures_3 import figures_3
 from graspbench.experiment.paper_result import PaperResult, Say
 from graspbench.experiment.store import (
     SCHEMA_VERSION,
@@ -87,6 +88,7 @@ def _shown(summary: dict[str, Any]) -> dict[str, Any]:
 
 EXPERIMENTS: dict[str, Experiment] = {
     "table-3.1": table_3_1,
+    "figures-3": figures_3,
     "appendix-a": appendix_a,
     "case-study": case_study,
 }

@@ -1,6 +1,9 @@
 """What an experiment of the thesis gives."""
 
-from collections.abc import Callable, Sequence
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,3 +25,15 @@ class PaperResult:
     rows: Sequence[dict[str, Any]]
     document: dict[str, Any]
     files: Sequence[Path]
+
+
+@contextmanager
+def published(output: Path) -> Iterator[Path]:
+    """Give a folder whose files move to ``output`` at the end, or are gone when the block fails."""
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}.") as name:
+        folder = Path(name)
+        yield folder
+        output.mkdir(exist_ok=True)
+        for path in sorted(folder.iterdir()):
+            os.replace(path, output / path.name)

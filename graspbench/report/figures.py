@@ -192,6 +192,11 @@ def _viewpoint(
     return Viewpoint(0.5 * (low + high) @ axes, azimuth_deg, elevation_deg, float(radius))
 
 
+def travel_viewpoint(points: FloatArray, grasp: Grasp) -> Viewpoint:
+    """Return the view of all points in which a grasp's contacts are seen best."""
+    return _best_viewpoint(points, grasp, 1.0)
+
+
 def _best_viewpoint(points: FloatArray, grasp: Grasp, aspect: float) -> Viewpoint:
     """Choose the view in which the most contacts face the eye, and the farthest apart on the picture."""
 

@@ -36,8 +36,8 @@ class Column:
 
 
 def rows_csv(rows: Rows) -> str:
-    """Return all values of the rows with full precision; lists are left out."""
-    plain = [{key: value for key, value in row.items() if not isinstance(value, list)} for row in rows]
+    """Return all values of the rows with full precision; lists and mappings are left out."""
+    plain = [{key: value for key, value in row.items() if not isinstance(value, list | dict)} for row in rows]
     return pd.DataFrame(plain).to_csv(index=False, lineterminator="\n")
 
 
