@@ -26,7 +26,7 @@ _PATH_POINTS = 24
 def trial_geometry(
     surface: Surface, grasp: Grasp, paths: Sequence[FingertipPath] = (), hand: HandModel | None = None
 ) -> dict[str, Any]:
-    """Return a trial's geometry as plain values, about 40 kB as JSON.
+    """Return a trial's geometry as plain values, about 70 kB as JSON.
 
     Points are stored as 16-bit steps of their bounding box: the error is below 0.01 mm for objects that a
     hand can grasp.
@@ -38,18 +38,24 @@ def trial_geometry(
         hand: The hand, drawn in the grasp's posture; None draws none.
 
     Returns:
-        ``meshes`` (role, points, faces, pose), ``contacts`` (point, outward normal), ``centroid``, ``paths``
-        and ``ground_m``. Lengths in m, in the world.
+        ``shapes`` (points, faces), ``meshes`` (role, number of the shape, pose), ``contacts`` (point, outward
+        normal), ``centroid``, ``paths`` and ``ground_m``. Lengths in m, in the world.
     """
-    meshes = [_mesh("surface", surface.points, surface.network.faces)]
+    shapes = [_shape(surface.points, surface.network.faces)]
+    meshes: list[dict[str, Any]] = [{"role": "surface", "shape": 0}]
     if hand is not None and grasp.posture is not None:
         from graspbench.report.hand_solids import placed_solids  # loads the hand's libraries
 
         posture = grasp.posture
         for solid, pose in placed_solids(hand, posture.joints, posture.transform_palm_to_world):
-            meshes.append(_mesh("hand", solid.points, solid.faces, pose))
+            shape = _shape(solid.points, solid.faces)
+            if shape not in shapes:  # fingers are alike
+                shapes.append(shape)
+            rows = [_rounded(row, 6) for row in pose[:3]]
+            meshes.append({"role": "hand", "shape": shapes.index(shape), "pose": rows})
     return {
         "schema": _SCHEMA,
+        "shapes": shapes,
         "meshes": meshes,
         "contacts": [
             {"point": _rounded(point), "normal": _rounded(normal)}
@@ -84,18 +90,14 @@ def unpack_points(packed: dict[str, Any]) -> FloatArray:
     return points
 
 
-def _mesh(role: str, points: FloatArray, faces: IntArray, pose: FloatArray | None = None) -> dict[str, Any]:
+def _shape(points: FloatArray, faces: IntArray) -> dict[str, Any]:
     low = points.min(axis=0)
     step = np.maximum(np.ptp(points, axis=0), 1e-9) / _LEVELS
     data = np.round((points - low) / step).astype("<u2")
-    mesh: dict[str, Any] = {
-        "role": role,
+    return {
         "points": {"low": _rounded(low, 9), "step": step.tolist(), "data": _text(data)},
         "faces": _text(np.asarray(faces).astype("<u2")),
     }
-    if pose is not None:
-        mesh["pose"] = [_rounded(row, 6) for row in pose[:3]]
-    return mesh
 
 
 def _text(array: Any) -> str:

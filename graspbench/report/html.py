@@ -139,15 +139,14 @@ def _geometry(folders: Mapping[str, Path]) -> tuple[list[Any], list[str]]:
         if not path.is_file() or size > _GEOMETRY_BUDGET_BYTES:
             continue
         geometry = json.loads(path.read_text(encoding="utf-8"))
-        for mesh in geometry["meshes"]:
-            for key in ("points", "faces"):
-                if key == "points" and mesh["role"] == "surface":
-                    continue  # no two are equal
-                text = json.dumps(mesh[key])
+        surfaces = {mesh["shape"] for mesh in geometry["meshes"] if mesh["role"] == "surface"}
+        for number, shape in enumerate(geometry["shapes"]):
+            for key in ("faces",) if number in surfaces else ("faces", "points"):
+                text = json.dumps(shape[key])
                 if text not in places:
                     places[text] = len(shared)
-                    shared.append(mesh[key])
-                mesh[key] = places[text]
+                    shared.append(shape[key])
+                shape[key] = places[text]
         content = _script_json(geometry)
         size += len(content)
         elements.append(f'<script type="application/json" id="geometry-{trial_id}">{content}</script>')

@@ -1,5 +1,6 @@
 """Statistics over trials: means with intervals, success rates, rank correlations."""
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -109,12 +110,18 @@ def aggregate(
 
 
 def _column(trials: pd.DataFrame, name: str) -> str:
+    """Return the column of that name, or the only one that ends with it: "k_cm" is "index.k_cm"."""
+    columns = [str(column) for column in trials.columns]
     for candidate in (name, f"{name}.name"):
-        if candidate in trials:
+        if candidate in columns:
             return candidate
+    ending = [column for column in columns if column.endswith(f".{name}")]
+    if len(ending) == 1:
+        return ending[0]
+    close = ending or difflib.get_close_matches(name, columns, n=5, cutoff=0.4)
     raise ConfigurationError(
         f"the trials have no column '{name}'",
-        remedy=f"choose from {', '.join(sorted(map(str, trials.columns)))}",
+        remedy=f"choose from {', '.join(close)}" if close else "look at the head of trials.csv",
     )
 
 

@@ -1,0 +1,68 @@
+"""Small trials, some of which go wrong on purpose: an index from a plug-in that raises, crashes, hangs or hoards."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+MODULE = '''
+import os
+import signal
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class PlantedParameters:
+    fault: str = "none"
+
+
+class Planted:
+    parameters: ClassVar[type] = PlantedParameters
+
+    def __init__(self, parameters, n_f, quality=None):
+        if parameters.fault == "exception":
+            raise ValueError("planted")
+        if parameters.fault == "segfault":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        while parameters.fault == "hang":
+            time.sleep(0.01)
+        if parameters.fault == "memory":
+            self.hoard = [np.ones(2**22) for _ in range(1000)]
+
+    def propose(self, surface, vertices, moves):
+        return None
+
+    def score(self, surface, vertices):
+        return 0.0
+'''
+
+# Few small pictures, a coarse surface, no search, no execution: a third of a second.
+SMALL = (
+    "index=planted", "record=off", "search.enabled=false", "execution=off", "camera.width=160",
+    "camera.height=120", "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
+    "stations.outer.count=4", "stations.inner.count=0", "object=teddy",
+)  # fmt: skip
+
+
+def install(folder: Path) -> Path:
+    """Install the plug-in by hand: its module, and the metadata that pip would write."""
+    (folder / "planted.py").write_text(MODULE)
+    metadata = folder / "planted-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: planted\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text("[graspbench.index]\nplanted = planted:Planted\n")
+    return folder
+
+
+def sweep(plugin: Path, output: Path, *arguments: str) -> subprocess.Popen[str]:
+    """Start ``graspbench sweep`` of small trials with the plug-in, in a process group of its own."""
+    command = [sys.executable, "-m", "graspbench.cli", "sweep", *SMALL, *arguments, "-o", str(output)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(plugin), *sys.path])}
+    return subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip

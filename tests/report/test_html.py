@@ -1,0 +1,141 @@
+"""The report's page: what is in it, and that it works in a browser without a network."""
+
+import json
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+
+from graspbench.errors import LogError
+from graspbench.report.geometry import trial_geometry, unpack_points, write_geometry
+from graspbench.report.html import write_page
+from tests.report import browser
+
+NAMES = ("teddy", "duck", "bottle", "teddy", "duck", "</script><b>mug")
+
+
+@pytest.fixture
+def experiment(tmp_path, trial, paths):
+    """Six trials with geometry and pictures for the first four; one failed."""
+    rows, folders = [], {}
+    for k, name in enumerate(NAMES):
+        trial_id = f"{k:010x}"
+        failed = k == 4
+        row = {
+            "trial_id": trial_id, "status": "failed" if failed else "done", "success": not failed,
+            "reason": "no grasp meets the constraints." if failed else None, "object.name": name,
+            "hand.name": "radial", "index.name": "force_field", "seed": k,
+            "local.q1": None if failed else 0.1 * (k + 1),
+            "ratio.q1": None if failed else 1.0 - 0.1 * k, "times_s.images": 1.0 + k, "constant": 7,
+        }  # fmt: skip
+        rows.append(row)
+        folders[trial_id] = tmp_path / "results" / trial_id
+        folders[trial_id].mkdir(parents=True)
+        if k < 4:
+            write_geometry(trial_geometry(trial.surfaces[-1], trial.grasp, paths), folders[trial_id])
+            cv2.imwrite(str(folders[trial_id] / "grasp.png"), np.full((90, 120, 3), 40 * k, np.uint8))
+    return pd.DataFrame(rows), folders
+
+
+def test_geometry_is_kept_to_a_hundredth_of_a_millimetre(trial, paths):
+    surface = trial.surfaces[-1]
+    geometry = json.loads(json.dumps(trial_geometry(surface, trial.grasp, paths)))
+    (shape,) = geometry["shapes"]
+    np.testing.assert_allclose(unpack_points(shape["points"]), surface.points, atol=1e-5)
+    assert len(geometry["contacts"]) == len(geometry["paths"]) == 3
+    np.testing.assert_allclose(geometry["contacts"][0]["point"], trial.grasp.points[0], atol=1e-5)
+
+
+def test_page_is_one_file_that_asks_for_nothing_else(experiment, tmp_path):
+    trials, folders = experiment
+    page = write_page(trials, tmp_path / "report", folders).read_text()
+    assert re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?(?!data:)[a-z.]*[:/]""", page) == []
+    assert page.count("data:image/jpeg;base64,") == 4
+    assert "</script><b>mug" not in page
+    assert [path.name for path in (tmp_path / "report").iterdir()] == ["index.html"]
+
+
+def test_pictures_of_many_trials_are_linked_to(experiment, tmp_path):
+    trials, folders = experiment
+    page = write_page(trials, tmp_path / "results" / "report", folders, pictures="link").read_text()
+    addresses = re.findall(r'\["grasp","([^"]+)"\]', page)
+    assert len(addresses) == 4
+    assert all((tmp_path / "results" / "report" / address).is_file() for address in addresses)
+
+
+def test_no_trials_make_no_page(tmp_path):
+    with pytest.raises(LogError, match="the trials are none"):
+        write_page(pd.DataFrame(), tmp_path / "report", {})
+    assert not (tmp_path / "report").exists()
+
+
+@pytest.mark.skipif(not browser.AVAILABLE, reason=browser.REASON)
+def test_page_sorts_filters_and_draws_in_a_browser(experiment, tmp_path):
+    trials, folders = experiment
+    page = write_page(trials, tmp_path / "report", folders, title="six <trials>")
+    with browser.browser(tmp_path / "browser") as window:
+        window.resize(1200, 900)
+        window.open(page)
+        _sorts_and_filters(window)
+        _shows_a_trial(window)
+        window.resize(390, 844)
+        window.open(page)
+        assert window.run("return document.documentElement.scrollWidth") <= 390
+        assert window.console() == []
+
+
+def _sorts_and_filters(window):
+    assert window.run("return document.querySelector('h1').textContent") == "six <trials>"
+    column = """
+        const heads = [...document.querySelectorAll('#trials th')];
+        const at = heads.findIndex(head => head.dataset.column === arguments[0]);
+        return [...document.querySelectorAll('#trials tbody tr')].map(r => r.children[at].textContent);
+    """
+    click = "document.querySelector(`#trials th[data-column='${arguments[0]}']`).click()"
+    pick = """
+        const box = document.getElementById(arguments[0]); box.value = arguments[1];
+        box.dispatchEvent(new Event(box.tagName === 'SELECT' ? 'change' : 'input'));
+    """
+    window.run(click, "local.q1")
+    assert window.run(column, "local.q1") == ["0.1", "0.2", "0.3", "0.4", "0.6", "-"]
+    window.run(click, "local.q1")
+    assert window.run(column, "local.q1") == ["0.6", "0.4", "0.3", "0.2", "0.1", "-"]
+    window.run(pick, "filter-object.name", "teddy")
+    assert window.run(column, "object.name") == ["teddy", "teddy"]
+    assert "2 of 6 trials" in window.run("return document.getElementById('summary').textContent")
+    window.run(pick, "filter-object.name", "")
+    window.run(pick, "search", "no grasp")
+    assert window.run(column, "status") == ["failed"]
+    window.run(pick, "search", "")
+    assert window.run("return document.querySelectorAll('#plot-scatter circle').length") == 5
+    assert window.run("return document.querySelectorAll('#plots svg').length") == 4
+
+
+def _shows_a_trial(window):
+    seen = """
+        const copy = document.createElement('canvas'), view = document.getElementById('view');
+        copy.width = view.width; copy.height = view.height;
+        const pen = copy.getContext('2d'); pen.drawImage(view, 0, 0);
+        const data = pen.getImageData(0, 0, copy.width, copy.height).data, colors = new Set();
+        for (let i = 0; i < data.length; i += 4)
+            if (data[i + 3]) colors.add(data[i] << 16 | data[i + 1] << 8 | data[i + 2]);
+        return colors.size;
+    """
+    window.run("document.querySelector('#trials tbody tr:nth-child(2)').click()")
+    assert window.run("return document.getElementById('trial').open") is True
+    whole = window.run(seen)
+    assert whole > 100  # shades of the surface, contacts and paths
+    window.run("document.querySelector('.toggles input').click()")
+    assert window.run(seen) < whole
+    assert window.run("return document.querySelector('.pictures img').naturalWidth") == 120
+    window.run("document.getElementById('next').click()")
+    window.run("document.getElementById('close').click()")
+
+
+def test_every_script_of_the_page_is_used():
+    folder = Path(write_page.__code__.co_filename).parent / "page"
+    text = (folder.parent / "html.py").read_text()
+    assert all(path.name in text for path in folder.iterdir())
