@@ -34,6 +34,7 @@ FaceTable = tuple[IntArray, IntArray]
 CLOSURE_TOLERANCE = 1e-9
 """Ball radius below which a grasp counts as not force closure (rounding; wrenches are of order one)."""
 
+_NUDGE = 1e-10
 _INSIDE = 1e-12  # a corner this little beyond a cut stays, so that facets of many corners are not lost
 
 
@@ -97,9 +98,16 @@ def smallest_support(
         return smallest_support_of_sum(wrenches, polytope, stop_at)
     corners, start = face_table(polytope)
     shares = base_shares(polytope, wrenches.shape[1], wrenches.shape[-1])
-    return np.asarray(
-        _smallest_support_batch(np.ascontiguousarray(wrenches), corners, start, shares, stop_at)
-    )
+    stacked = np.ascontiguousarray(wrenches)
+    values = np.asarray(_smallest_support_batch(stacked, corners, start, shares, stop_at))
+    vanished = np.flatnonzero(np.abs(values) <= CLOSURE_TOLERANCE)
+    if len(vanished):
+        # no span, or facets so regular that their polygons vanish: a nudge far below the tolerance tells
+        nudge = _NUDGE * np.random.default_rng(0).uniform(-1.0, 1.0, stacked.shape[1:])
+        nudged = stacked[vanished] + nudge
+        found = _smallest_support_batch(nudged, corners, start, shares, stop_at)
+        values[vanished] = np.where(found > CLOSURE_TOLERANCE, found, values[vanished])
+    return values
 
 
 @compiled
@@ -343,9 +351,6 @@ def _halve_edge(
     polygon: FloatArray, count: int, cuts: FloatArray, j: int, out: FloatArray, left: int, place: int
 ) -> int:
     """Insert a point into the edge that a cut made: half a great circle has no direction of its own."""
-    for k in range(left, place, -1):
-        for a in range(3):
-            out[k, a] = out[k - 1, a]
     inside, outside = np.zeros(3), np.zeros(3)
     for k in range(count):
         within = _height(cuts, j, polygon[k]) <= _INSIDE
@@ -354,6 +359,11 @@ def _halve_edge(
                 inside[a] += polygon[k, a]
             else:
                 outside[a] += polygon[k, a]
+    if inside[0] ** 2 + inside[1] ** 2 + inside[2] ** 2 < 1e-12:
+        return left  # two opposite points are all that is left
+    for k in range(left, place, -1):
+        for a in range(3):
+            out[k, a] = out[k - 1, a]
     _cross(outside, _height(cuts, j, outside), inside, _height(cuts, j, inside), out[place])
     return left + 1
 

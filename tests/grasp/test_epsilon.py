@@ -126,3 +126,15 @@ def test_motions_and_scale_change_nothing(seed, scale):
     before = grasp_quality(points, normals, CENTRE, torque_length=1.2)
     after = grasp_quality(scale * points @ turn.T + shift, normals @ turn.T, shift, torque_length=1.2 * scale)
     assert tuple(after) == pytest.approx(tuple(before), abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+@pytest.mark.parametrize("edges", [3, 4])
+def test_regular_grasps_with_flat_facets_of_many_corners_equal_qhull(count, edges):
+    points = _ring(count)
+    tangents = np.tile([0.0, 0.0, 1.0], (count, 1))
+    grasp = points, -points, tangents
+    contacts = corner_wrenches(*grasp, "hard_finger", "spatial", 0.6, edges, 0.2, 1.3)
+    quality, closure = measured(grasp, "hard_finger", "spatial", edges=edges)
+    assert closure
+    assert quality.q3 == pytest.approx(ball_by_hull(contacts, False), abs=1e-9)
