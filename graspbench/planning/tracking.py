@@ -24,6 +24,7 @@ from graspbench.planning.trajectory import FingertipPath, minimum_jerk
 _POSTURE_GAIN = 3.0
 _FADE_S = 0.3
 _DAMPING = 1e-8
+_CREEP = 20.0  # largest speed towards a joint limit per distance to it, 1/s
 _ATTEMPTS = 6
 
 
@@ -196,6 +197,7 @@ def _clik(
     n = path.shape[1]
     frames, tip, jacobian = np.empty((n, 3, 4)), np.empty(3), np.empty((3, n))
     wanted, free, dual = np.empty(3), np.empty(n), np.empty(3)
+    speed, held = np.empty(n), np.empty(n, dtype=np.bool_)
     for t in range(path.shape[0]):
         forward(chains, f, path[t], frames, tip)
         square = 0.0
@@ -209,16 +211,33 @@ def _clik(
         fading = min(1.0, t * step / _FADE_S)
         for j in range(n):
             free[j] = fading * _POSTURE_GAIN * (goal[j] - path[t, j])
+            speed[j], held[j] = free[j], False
         for a in range(3):
             wanted[a] = (targets[t + 1, a] - targets[t, a]) / step + gain * (targets[t, a] - tip[a])
             for j in range(n):
                 wanted[a] -= jacobian[a, j] * free[j]
-        _solve(jacobian, wanted, dual)
+        again = True
+        while again:
+            # A joint may only creep up to its limit; what it cannot do, the others take over.
+            again = False
+            _solve(jacobian, wanted, dual)
+            for j in range(n):
+                if held[j]:
+                    continue
+                speed[j] = free[j]
+                for a in range(3):
+                    speed[j] += jacobian[a, j] * dual[a]
+                allowed = min(
+                    _CREEP * (limits[1, j] - path[t, j]), max(_CREEP * (limits[0, j] - path[t, j]), speed[j])
+                )
+                if allowed != speed[j]:
+                    held[j], again = True, True
+                    for a in range(3):
+                        wanted[a] -= jacobian[a, j] * (allowed - free[j])
+                        jacobian[a, j] = 0.0
+                    speed[j] = allowed
         for j in range(n):
-            speed = free[j]
-            for a in range(3):
-                speed += jacobian[a, j] * dual[a]
-            path[t + 1, j] = min(limits[1, j], max(limits[0, j], path[t, j] + step * speed))
+            path[t + 1, j] = min(limits[1, j], max(limits[0, j], path[t, j] + step * speed[j]))
 
 
 @inner
