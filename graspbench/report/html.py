@@ -142,11 +142,12 @@ def _geometry(folders: Mapping[str, Path]) -> tuple[list[Any], list[str]]:
         surfaces = {mesh["shape"] for mesh in geometry["meshes"] if mesh["role"] == "surface"}
         for number, shape in enumerate(geometry["shapes"]):
             for key in ("faces",) if number in surfaces else ("faces", "points"):
-                text = json.dumps(shape[key])
-                if text not in places:
-                    places[text] = len(shared)
-                    shared.append(shape[key])
-                shape[key] = places[text]
+                value = shape[key]
+                name = value if isinstance(value, str) else str(value["low"]) + str(value["data"])
+                if name not in places:
+                    places[name] = len(shared)
+                    shared.append(value)
+                shape[key] = places[name]
         content = _script_json(geometry)
         size += len(content)
         elements.append(f'<script type="application/json" id="geometry-{trial_id}">{content}</script>')
@@ -159,13 +160,21 @@ def _pictures(
     """Return (name, address) of each trial's pictures."""
     if mode == "none":
         return {}
-    found = {trial_id: sorted(folder.glob("*.png")) for trial_id, folder in folders.items()}
-    found = {trial_id: paths for trial_id, paths in found.items() if paths}
-    embed = mode == "embed" or (mode == "auto" and len(found) <= EMBEDDED_TRIALS)
-    return {
-        trial_id: [(path.stem, _embedded(path) if embed else _linked(path, output_dir)) for path in paths]
-        for trial_id, paths in found.items()
+    found = {
+        trial_id: (folder, names)
+        for trial_id, folder in folders.items()
+        if (names := sorted(name for name in os.listdir(folder) if name.endswith(".png")))
     }
+    if mode == "embed" or (mode == "auto" and len(found) <= EMBEDDED_TRIALS):
+        return {
+            trial_id: [(name.removesuffix(".png"), _embedded(folder / name)) for name in names]
+            for trial_id, (folder, names) in found.items()
+        }
+    addresses = {}
+    for trial_id, (folder, names) in found.items():
+        place = Path(os.path.relpath(folder, output_dir)).as_posix()
+        addresses[trial_id] = [(name.removesuffix(".png"), f"{place}/{name}") for name in names]
+    return addresses
 
 
 def _embedded(path: Path) -> str:
@@ -178,10 +187,6 @@ def _embedded(path: Path) -> str:
         image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _PICTURE_QUALITY])
     return "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode("ascii")
-
-
-def _linked(path: Path, output_dir: Path) -> str:
-    return Path(os.path.relpath(path.resolve(), output_dir.resolve())).as_posix()
 
 
 def _script_json(value: Any) -> str:
