@@ -18,6 +18,7 @@ from graspbench.cli import (
     report,
     run,
     sweep,
+    tune,
 )
 from graspbench.errors import GraspbenchError
 
@@ -31,6 +32,7 @@ app = typer.Typer(
 
 app.command("run")(run.run)
 app.command("sweep")(sweep.sweep)
+app.command("tune")(tune.tune)
 app.command("report")(report.report)
 app.command("paper")(paper.paper)
 app.command("manipulate")(manipulate.manipulate)

@@ -128,16 +128,16 @@ def _write_frame(
     from graspbench.experiment.store import write_atomically
     from graspbench.report.groups import frame_latex, frame_markdown
 
-    texts = {
-        "csv": ("csv", lambda: table.to_csv(index=False, lineterminator="\n")),
-        "markdown": ("md", lambda: frame_markdown(table, title)),
-        "latex": ("tex", lambda: frame_latex(table, title, f"tab:{name}")),
-    }
     paths = []
     for chosen in formats:
-        suffix, write = texts[chosen]
+        if chosen == "csv":
+            suffix, text = "csv", table.to_csv(index=False, lineterminator="\n")
+        elif chosen == "markdown":
+            suffix, text = "md", frame_markdown(table, title)
+        else:
+            suffix, text = "tex", frame_latex(table, title, f"tab:{name}")
         path = target / f"{name}.{suffix}"
-        write_atomically(path, write())
+        write_atomically(path, text)
         paths.append(path)
     return paths
 

@@ -1,0 +1,78 @@
+"""``graspbench tune``: search for the values of numeric options that make a measure best."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from graspbench.cli.arguments import ConfigDir, Json, Overrides
+
+
+def tune(
+    overrides: Overrides = None,
+    measure: Annotated[
+        str, typer.Option("--measure", "-m", help="Column of trials.csv whose mean is to be best.")
+    ] = "success",
+    direction: Annotated[
+        Literal["maximize", "minimize"], typer.Option(help="Whether more or less is better.")
+    ] = "maximize",
+    candidates: Annotated[
+        int, typer.Option("--candidates", "-n", min=1, help="Value sets to try in all.")
+    ] = 20,
+    failed: Annotated[
+        float | None,
+        typer.Option(help="What a trial without the measure counts.", show_default="gives the set up"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    jobs: Annotated[int | None, typer.Option(min=0, help="Trials at a time.", show_default="1")] = None,
+    timeout: Annotated[
+        float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The results folder.")] = Path(
+        "results/tune"
+    ),
+    as_json: Json = False,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Search options given as intervals: tune 'index.k_e=interval(0.1,10)' object=teddy,duck -m ratio.q1."""
+    from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.cli.progress import interruptible
+    from graspbench.experiment import ResultStore, SweepOptions, load_engine, split_engine
+    from graspbench.experiment.tune import TuneOptions, run_tuning, split_axes
+
+    ours, rest = split_engine(overrides or [])
+    engine = load_engine(ours, config_dir, jobs)
+    axes, grid = split_axes(rest)
+    store = ResultStore(output)
+    sweep = SweepOptions(engine.jobs, timeout_s=timeout, engine=engine)
+    options = TuneOptions(measure, direction, candidates, failed, seed)
+
+    def show(candidate: dict[str, Any]) -> None:
+        words = [
+            f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+            for key, value in candidate.items()
+        ]
+        err.print("  ".join(words), markup=False)
+
+    try:
+        with interruptible(sweep.stop):
+            study = run_tuning(axes, grid, store, options, sweep, config_dir, show)
+    finally:
+        if any(store.root.glob("[!.]*/result.json")):
+            store.write_table()
+    rows = [
+        {"candidate": found.number, measure: found.value, **found.params}
+        for found in sorted(study.trials, key=lambda found: found.number)
+        if found.value is not None
+    ]
+    ranked = sorted(rows, key=lambda row: row[measure], reverse=direction == "maximize")
+    if as_json:
+        print_json({"schema": 1, "measure": measure, "direction": direction, "rows": ranked})
+    else:
+        print_rows(ranked[:10], title=f"best by {measure}")
+        out.print(f"results   {output / 'trials.csv'}")
+        if ranked:
+            words = " ".join(f"{axis.key}={ranked[0][axis.key]:.6g}" for axis in axes)
+            out.print(f"best      graspbench run {words}", markup=False)
+    if not ranked:
+        raise typer.Exit(1)
