@@ -3,7 +3,7 @@
 Images come from the simulated camera under the default light. Peers are voxel carving, our own and
 Open3D's, in the tightest cube around the hull, and bisection of each node's ray. Errors are those
 against the visual hull that perfect images of four times the resolution would give, and against the object;
-the largest error is also given against the hull of the images as they are.
+the largest error is also given against the hull of the images as they are. Times are processor times.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -9,18 +9,19 @@ Result = TypeVar("Result")
 
 
 def best_time(once: Callable[[], Result], repeats: int) -> tuple[float, Result]:
-    """Return the shortest of several wall clock times (s) and the last result.
+    """Return the shortest of several processor times (s), all threads together, and the last result.
 
-    Other programs only ever make a run longer, so the shortest says most about the program itself. No
-    first run is discarded: let one happen before where code is still to be compiled.
+    Processor time does not count what other programs do in between; what these do to the caches only
+    ever makes a run longer, so the shortest says most about the program itself. No first run is
+    discarded: let one happen before where code is still to be compiled.
     """
     best, was = float("inf"), gc.isenabled()
     gc.disable()
     try:
         for _ in range(repeats):
-            start = time.perf_counter()
+            start = time.process_time()
             result = once()
-            best = min(best, time.perf_counter() - start)
+            best = min(best, time.process_time() - start)
     finally:
         if was:
             gc.enable()
