@@ -1,12 +1,27 @@
 """``graspbench config``: the composed configuration, nothing run."""
 
+from typing import Annotated
+
+import typer
 import yaml
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
 
 
-def config(overrides: Overrides = None, as_json: Json = False, config_dir: ConfigDir = None) -> None:
+def config(
+    overrides: Overrides = None,
+    reference: Annotated[
+        bool, typer.Option("--reference", help="Print every option there is, with its meaning, as Markdown.")
+    ] = False,
+    as_json: Json = False,
+    config_dir: ConfigDir = None,
+) -> None:
     """Print the configuration that a trial with these overrides would have."""
+    if reference:
+        from graspbench.experiment.reference import configuration_reference
+
+        print(configuration_reference(), end="")
+        return
     from graspbench.cli.printing import print_json
     from graspbench.experiment import load_config
 

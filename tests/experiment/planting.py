@@ -1,11 +1,11 @@
-"""Small trials, some of which go wrong on purpose: an index from a plug-in that raises, crashes, hangs or hoards."""
+"""Small trials, some of which go wrong on purpose: an index that raises, crashes, hangs or hoards memory."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-MODULE = '''
+MODULE = """
 import os
 import signal
 import time
@@ -38,7 +38,7 @@ class Planted:
 
     def score(self, surface, vertices):
         return 0.0
-'''
+"""
 
 # Few small pictures, a coarse surface, no search, no execution: a third of a second.
 SMALL = (
