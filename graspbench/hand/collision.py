@@ -214,7 +214,8 @@ def measure_clearances(
 ) -> None:
     """Measure a posture's clearances to the ground, within the hand, and to the object.
 
-    A last link that touches the tangent plane of its own contact is given the margin as clearance.
+    A last link may touch, near its own contact: where it touches the contact's tangent plane, or the object
+    itself, it is given the margin as clearance.
 
     Args:
         chains: The fingers.
@@ -245,6 +246,7 @@ def measure_clearances(
             x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
             px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
             distance = x * px + y * py + z * pz - offset - shapes.size[s, RADIUS]
+            distance = nearest_obstacle(shapes, poses, s, system.obstacle, system.exempt, 0.0, distance)[1]
             out[2] = min(out[2], distance + task.limits[OBJECT])
         out[2] = nearest_obstacle(shapes, poses, s, system.obstacle, system.exempt, radius, out[2])[1]
 

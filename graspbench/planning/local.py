@@ -213,7 +213,8 @@ class _Search:
         if self._lead_initial is None:
             self._start(surface)
         if surface.at_rest and self._checker is not None:
-            self._checker.set_object(surface.points)
+            middles = surface.points[surface.network.faces].mean(axis=1)
+            self._checker.set_object(np.concatenate((surface.points, middles)))
         self._feasible = settle(self._lead, surface, self._settler)
 
     def choose(self) -> _Candidate:
