@@ -47,3 +47,20 @@ def recover(
 
     saved = recover_log(path, output)
     out.print(f"{saved.message_count} messages saved in {saved.path}")
+
+
+@app.command("layout")
+def layout(
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Where it goes; printed by default.", show_default=False),
+    ] = None,
+) -> None:
+    """Print a layout for Foxglove: scene, camera image, joints, scores and messages of a trial's log."""
+    from importlib.resources import files
+
+    text = files("graspbench.record").joinpath("foxglove_layout.json").read_text(encoding="utf-8")
+    if output is None:
+        print(text, end="")
+    else:
+        output.write_text(text, encoding="utf-8")

@@ -23,7 +23,7 @@ def draw_trial(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[Fi
     draw_views(trial.views, trial.silhouettes, folder / "views.png")
     draw_surface_moments(pick_moments(trial.surfaces), folder / "surface.png")
     surface, grasp, quality = trial.surfaces[-1], trial.plan.grasp, trial.plan.quality
-    write_geometry(trial_geometry(surface, grasp, paths, trial.hand), folder)
+    write_geometry(*trial_geometry(surface, grasp, paths, trial.hand), folder)
     title = f"{trial.name}, {trial.hand.name} hand, {index}"
     caption = f"Q1 {quality.q1:.3g}   Q2 {quality.q2:.3g}   Q3 {quality.q3:.3g}"
     draw_grasp(surface, grasp, paths, folder / "grasp.png", title=title, caption=caption)

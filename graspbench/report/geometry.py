@@ -1,15 +1,22 @@
-"""The geometry of a trial for the report's interactive view: surface, contacts, paths and hand, small."""
+"""The geometry of a trial for the report's interactive view: surface, contacts, paths and hand, small.
+
+The file has one JSON document a line: first the trial, then the arrays that it shares with others of its
+kind (the network's faces, the hand's links), each as ``{"<name>": <array>}`` with a name made of its content.
+So a page of thousands of trials takes the first lines as they are and every shared array once.
+"""
 
 from __future__ import annotations
 
 import base64
+import hashlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray
 
 if TYPE_CHECKING:  # only attributes are read: no need to load the stages
     from graspbench.grasp.configuration import Grasp
@@ -17,15 +24,16 @@ if TYPE_CHECKING:  # only attributes are read: no need to load the stages
     from graspbench.planning.trajectory import FingertipPath
     from graspbench.reconstruction.surface import Surface
 
-GEOMETRY_FILE = "geometry.json"
+GEOMETRY_FILE = "geometry.jsonl"
 _SCHEMA = 1
 _LEVELS = 2**16 - 1
 _PATH_POINTS = 24
+_NAME_LENGTH = 12
 
 
 def trial_geometry(
     surface: Surface, grasp: Grasp, paths: Sequence[FingertipPath] = (), hand: HandModel | None = None
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return a trial's geometry as plain values, about 70 kB as JSON.
 
     Points are stored as 16-bit steps of their bounding box: the error is below 0.01 mm for objects that a
@@ -38,24 +46,24 @@ def trial_geometry(
         hand: The hand, drawn in the grasp's posture; None draws none.
 
     Returns:
-        ``shapes`` (points, faces), ``meshes`` (role, number of the shape, pose), ``contacts`` (point, outward
-        normal), ``centroid``, ``paths`` and ``ground_m``. Lengths in m, in the world.
+        The trial: ``meshes`` (role, points, faces, pose), ``contacts`` (point, outward normal), ``centroid``,
+        ``paths`` and ``ground_m``, lengths in m, in the world. Then the shared arrays by name; in a mesh
+        the name stands for the array.
     """
-    shapes = [_shape(surface.points, surface.network.faces)]
-    meshes: list[dict[str, Any]] = [{"role": "surface", "shape": 0}]
+    shared: dict[str, Any] = {}
+    faces = _share(shared, _text(np.asarray(surface.network.faces).astype("<u2")))
+    meshes: list[dict[str, Any]] = [{"role": "surface", "points": _packed(surface.points), "faces": faces}]
     if hand is not None and grasp.posture is not None:
         from graspbench.report.hand_solids import placed_solids  # loads the hand's libraries
 
         posture = grasp.posture
         for solid, pose in placed_solids(hand, posture.joints, posture.transform_palm_to_world):
-            shape = _shape(solid.points, solid.faces)
-            if shape not in shapes:  # fingers are alike
-                shapes.append(shape)
+            points = _share(shared, _packed(solid.points))
+            faces = _share(shared, _text(np.asarray(solid.faces).astype("<u2")))
             rows = [_rounded(row, 6) for row in pose[:3]]
-            meshes.append({"role": "hand", "shape": shapes.index(shape), "pose": rows})
-    return {
+            meshes.append({"role": "hand", "points": points, "faces": faces, "pose": rows})
+    trial = {
         "schema": _SCHEMA,
-        "shapes": shapes,
         "meshes": meshes,
         "contacts": [
             {"point": _rounded(point), "normal": _rounded(normal)}
@@ -72,15 +80,25 @@ def trial_geometry(
         ],
         "ground_m": 0.0,
     }
+    return trial, shared
 
 
-def write_geometry(geometry: dict[str, Any], folder: Path) -> Path:
+def write_geometry(trial: dict[str, Any], shared: dict[str, Any], folder: Path) -> Path:
     """Write a trial's geometry into its folder."""
-    import json
-
+    documents = [trial, *({name: array} for name, array in shared.items())]
     path = folder / GEOMETRY_FILE
-    path.write_text(json.dumps(geometry, separators=(",", ":")), encoding="utf-8")
+    lines = [json.dumps(document, separators=(",", ":")) for document in documents]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
+
+
+def read_geometry(path: Path, shared: dict[str, Any]) -> str:
+    """Return the first line of a geometry file as it is, and add the arrays it needs to ``shared``."""
+    trial, *others = path.read_text(encoding="utf-8").splitlines()
+    for line in others:
+        if line[2 : 2 + _NAME_LENGTH] not in shared:
+            shared.update(json.loads(line))
+    return trial
 
 
 def unpack_points(packed: dict[str, Any]) -> FloatArray:
@@ -90,14 +108,17 @@ def unpack_points(packed: dict[str, Any]) -> FloatArray:
     return points
 
 
-def _shape(points: FloatArray, faces: IntArray) -> dict[str, Any]:
+def _share(shared: dict[str, Any], array: Any) -> str:
+    name = hashlib.sha256(json.dumps(array).encode()).hexdigest()[:_NAME_LENGTH]
+    shared[name] = array
+    return name
+
+
+def _packed(points: FloatArray) -> dict[str, Any]:
     low = points.min(axis=0)
     step = np.maximum(np.ptp(points, axis=0), 1e-9) / _LEVELS
-    data = np.round((points - low) / step).astype("<u2")
-    return {
-        "points": {"low": _rounded(low, 9), "step": step.tolist(), "data": _text(data)},
-        "faces": _text(np.asarray(faces).astype("<u2")),
-    }
+    steps = np.round((points - low) / step).astype("<u2")
+    return {"low": _rounded(low, 9), "step": step.tolist(), "data": _text(steps)}
 
 
 def _text(array: Any) -> str:

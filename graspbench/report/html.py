@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from graspbench.errors import LogError
-from graspbench.report.geometry import GEOMETRY_FILE
+from graspbench.report.geometry import GEOMETRY_FILE, read_geometry
 
 Pictures = Literal["auto", "embed", "link", "none"]
 
@@ -129,26 +129,15 @@ def _plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def _geometry(folders: Mapping[str, Path]) -> tuple[list[Any], list[str]]:
-    """Return arrays that several trials share (faces, links of the hand), and one script element a trial."""
-    shared: list[Any] = []
-    places: dict[str, int] = {}
+def _geometry(folders: Mapping[str, Path]) -> tuple[dict[str, Any], list[str]]:
+    """Return the arrays that trials share, and one script element a trial."""
+    shared: dict[str, Any] = {}
     elements, size = [], 0
     for trial_id, folder in folders.items():
         path = folder / GEOMETRY_FILE
-        if not path.is_file() or size > _GEOMETRY_BUDGET_BYTES:
+        if size > _GEOMETRY_BUDGET_BYTES or not path.is_file():
             continue
-        geometry = json.loads(path.read_text(encoding="utf-8"))
-        surfaces = {mesh["shape"] for mesh in geometry["meshes"] if mesh["role"] == "surface"}
-        for number, shape in enumerate(geometry["shapes"]):
-            for key in ("faces",) if number in surfaces else ("faces", "points"):
-                value = shape[key]
-                name = value if isinstance(value, str) else str(value["low"]) + str(value["data"])
-                if name not in places:
-                    places[name] = len(shared)
-                    shared.append(value)
-                shape[key] = places[name]
-        content = _script_json(geometry)
+        content = read_geometry(path, shared).replace("<", "\\u003c")
         size += len(content)
         elements.append(f'<script type="application/json" id="geometry-{trial_id}">{content}</script>')
     return shared, elements

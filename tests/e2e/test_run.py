@@ -57,7 +57,7 @@ def test_trial_folder_holds_record_pictures_and_tables(teddy_run):
         "surface.png",
         "grasp.png",
         "hand.png",
-        "geometry.json",
+        "geometry.jsonl",
     }
     assert not list(output.glob(".*"))
     assert json.loads((folder / "result.json").read_text()) == finished.document

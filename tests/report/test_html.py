@@ -1,5 +1,6 @@
 """The report's page: what is in it, and that it works in a browser without a network."""
 
+import base64
 import json
 import re
 from pathlib import Path
@@ -10,7 +11,7 @@ import pandas as pd
 import pytest
 
 from graspbench.errors import LogError
-from graspbench.report.geometry import trial_geometry, unpack_points, write_geometry
+from graspbench.report.geometry import read_geometry, trial_geometry, unpack_points, write_geometry
 from graspbench.report.html import write_page
 from tests.report import browser
 
@@ -35,16 +36,20 @@ def experiment(tmp_path, trial, paths):
         folders[trial_id] = tmp_path / "results" / trial_id
         folders[trial_id].mkdir(parents=True)
         if k < 4:
-            write_geometry(trial_geometry(trial.surfaces[-1], trial.grasp, paths), folders[trial_id])
+            write_geometry(*trial_geometry(trial.surfaces[-1], trial.grasp, paths), folders[trial_id])
             cv2.imwrite(str(folders[trial_id] / "grasp.png"), np.full((90, 120, 3), 40 * k, np.uint8))
     return pd.DataFrame(rows), folders
 
 
-def test_geometry_is_kept_to_a_hundredth_of_a_millimetre(trial, paths):
+def test_geometry_is_kept_to_a_hundredth_of_a_millimetre(trial, paths, tmp_path):
     surface = trial.surfaces[-1]
-    geometry = json.loads(json.dumps(trial_geometry(surface, trial.grasp, paths)))
-    (shape,) = geometry["shapes"]
-    np.testing.assert_allclose(unpack_points(shape["points"]), surface.points, atol=1e-5)
+    shared = {}
+    path = write_geometry(*trial_geometry(surface, trial.grasp, paths), tmp_path)
+    geometry = json.loads(read_geometry(path, shared))
+    (mesh,) = geometry["meshes"]
+    np.testing.assert_allclose(unpack_points(mesh["points"]), surface.points, atol=1e-5)
+    faces = np.frombuffer(base64.b64decode(shared[mesh["faces"]]), dtype="<u2")
+    np.testing.assert_array_equal(faces.reshape(-1, 3), surface.network.faces)
     assert len(geometry["contacts"]) == len(geometry["paths"]) == 3
     np.testing.assert_allclose(geometry["contacts"][0]["point"], trial.grasp.points[0], atol=1e-5)
 

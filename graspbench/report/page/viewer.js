@@ -16,8 +16,8 @@ void main() { vec3 n = normalize(facing), eye = normalize(-place); if (dot(n, ey
 function bytes(text) { return Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer; }
 
 /** A stored mesh as flat arrays in the world. */
-function unpackMesh(mesh, shapes, shared) {
-  const shape = shapes[mesh.shape], own = name => typeof shape[name] === "number" ? shared[shape[name]] : shape[name];
+function unpackMesh(mesh, shared) {
+  const own = name => typeof mesh[name] === "string" ? shared[mesh[name]] : mesh[name];
   const packed = own("points"), steps = new Uint16Array(bytes(packed.data));
   const points = new Float32Array(steps.length), faces = new Uint16Array(bytes(own("faces")));
   for (let i = 0; i < steps.length; i += 3) {
@@ -78,7 +78,7 @@ function unit(a) { const n = Math.hypot(...a) || 1; return a.map(v => v / n); }
 /** All bodies of a trial: what, its layer, its colour. */
 function bodiesOf(geometry, shared) {
   const bodies = [], add = (layer, look, mesh, alpha = 1) => bodies.push({ layer, color: [...LOOKS[look], alpha], ...mesh });
-  for (const mesh of geometry.meshes || []) add(mesh.role, mesh.role, unpackMesh(mesh, geometry.shapes, shared));
+  for (const mesh of geometry.meshes || []) add(mesh.role, mesh.role, unpackMesh(mesh, shared));
   for (const { point, normal } of geometry.contacts || []) {
     add("contacts", "contact", ball(point, .0045));
     const tip = k => point.map((v, i) => v + k * normal[i]);
