@@ -14,7 +14,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.posture import HandPosture
-from graspbench.planning.search.climb import first_grasps, meets_limits
+from graspbench.planning.search.climb import climb, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound, combinations_count
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import Objective, make_objective
@@ -136,17 +136,15 @@ def plan_global(
         limits[0] = checker.pair_limit_m
     if len(usable) < n_f:
         return GlobalResult(None, -np.inf, -np.inf, 1.0, True, 0, 1.0, 0, time.perf_counter() - begin)
-    layout = lay_out(surface.points, -surface.normals, surface.centroid, quality, torque_length, usable)
+    layout = lay_out(
+        surface.points, -surface.normals, surface.centroid, quality, torque_length, usable, n_f, limits
+    )
     thresholds = (search.phi_cei_deg, search.phi_eegi_deg)
-    objective = make_objective(layout, measure, limits, thresholds)
+    objective = make_objective(layout, measure, thresholds)
     referee = _Referee(layout, surface, checker)
     progress = Progress(-np.inf, None, np.inf)
-    _adopt_best(starts, layout, objective, limits, referee, progress)
-    for leaves in first_grasps(layout, objective, surface.network, n_f, limits, search.climbs):
-        value = float(objective.evaluate(leaves[None], -np.inf)[0])
-        if value > progress.best and referee.accept(leaves, value) > progress.best:
-            progress.best, progress.tuple = value, leaves
-            break
+    _adopt_best(starts, layout, objective, referee, progress)
+    _climb_first(layout, objective, referee, progress, search.climbs)
     branch_and_bound(
         layout, objective, n_f, referee.accept,
         gap=search.gap,
@@ -158,7 +156,7 @@ def plan_global(
 
 
 class _Referee:
-    """Asks the hand, and remembers the last grasp it can hold."""
+    """Asks the hand, and remembers the best grasp that it can hold."""
 
     def __init__(self, layout: Layout, surface: Surface, checker: GraspConstraint | None) -> None:
         self._layout = layout
@@ -168,6 +166,18 @@ class _Referee:
         self.grasp: Grasp | None = None
 
     def accept(self, leaves: IntArray, value: float) -> float:
+        """Remember a grasp if the hand can hold it, and return its value; else -inf."""
+        grasp = self._held(leaves)
+        if grasp is None:
+            return -np.inf
+        self.grasp = grasp
+        return value
+
+    def judge(self, leaves: IntArray, value: float) -> float:
+        """Return the value of a grasp that the hand can hold; else -inf."""
+        return -np.inf if self._held(leaves) is None else value
+
+    def _held(self, leaves: IntArray) -> Grasp | None:
         nodes = self._layout.nodes[leaves]
         points, normals = self._surface.points[nodes], self._surface.normals[nodes]
         posture = None
@@ -175,16 +185,14 @@ class _Referee:
             self.placements += 1
             posture = self._checker.place(points, normals)
             if posture is None:
-                return -np.inf
-        self.grasp = Grasp(nodes, points, normals, self._surface.centroid, posture)
-        return value
+                return None
+        return Grasp(nodes, points, normals, self._surface.centroid, posture)
 
 
 def _adopt_best(
     starts: Sequence[Grasp],
     layout: Layout,
     objective: Objective,
-    limits: FloatArray,
     referee: _Referee,
     progress: Progress,
 ) -> None:
@@ -194,12 +202,28 @@ def _adopt_best(
         if not all(int(node) in leaf_of for node in start.vertices):
             continue
         leaves = np.array([leaf_of[int(node)] for node in start.vertices], dtype=np.int64)
-        if not meets_limits(layout, leaves[None], limits)[0]:
+        if not layout.within_limits(leaves[None])[0]:
             continue
         value = float(objective.evaluate(leaves[None], -np.inf)[0])
         if value > progress.best:
             progress.best, progress.tuple = value, leaves
             referee.grasp = start
+
+
+def _climb_first(
+    layout: Layout,
+    objective: Objective,
+    referee: _Referee,
+    progress: Progress,
+    climbs: int,
+) -> None:
+    """Climb from the best start and from sampled grasps."""
+    begins = [] if progress.tuple is None or not climbs else [(progress.tuple, progress.best)]
+    begins += [(leaves, -np.inf) for leaves in sampled_grasps(layout, objective, climbs)]
+    for leaves, value in begins:
+        leaves, value = climb(layout, objective, referee.judge, leaves, value)
+        if value > progress.best and referee.accept(leaves, value) > progress.best:
+            progress.best, progress.tuple = value, leaves
 
 
 def _result(progress: Progress, referee: _Referee, total: int, begin: float) -> GlobalResult:

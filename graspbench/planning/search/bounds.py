@@ -9,8 +9,7 @@ Every bound comes from one test that is chosen at a representative grasp and val
 * Q2^2 = det(M) <= det(R) (tr(M R^-1) / d)^d for any positive definite R (arithmetic and geometric mean
   of the eigenvalues of M R^-1); R is the representative's G G^T.
 * Q3 <= max_i h_i(u) for any unit u, h_i the support function of contact i's unit cone wrenches; u is the
-  best of a fixed table, or a weak direction of the representative. A grasp with max_i h_i(u) <= 0 for
-  some u is not force closure.
+  best of a table. A grasp with max_i h_i(u) <= 0 for some u is not force closure.
 
 Each test is a sum or a maximum over the contacts, so its largest value over a tuple of clusters is found
 cluster by cluster, over their members.
@@ -20,18 +19,11 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.planning.search.polar import weak_direction
 
 Q1, Q2, Q3 = 0, 1, 2
 
 DOUBLINGS = 8
 """Powers of the inverse that are tried for Q1: 1, 2, 4, ..."""
-
-ROUNDS = 3
-"""Walks for a tuple of clusters, each with the members that were strongest in the one before."""
-
-LARGEST_FOR_WALK = 48
-"""Clusters with more members than this are tested by the table of directions alone."""
 
 
 @compiled
@@ -41,9 +33,8 @@ def bound_tuples(
     tree: IntArray,
     balls: FloatArray,
     table: FloatArray,
-    directions: FloatArray,
+    size: int,
     grams: FloatArray,
-    wrenches: FloatArray,
     measure: int,
     minkowski: bool,
     limits: FloatArray,
@@ -57,9 +48,8 @@ def bound_tuples(
         tree: Children, first member and end of each cluster, shape (n_clusters, 4).
         balls: Centre and radius of each cluster's arms, shape (n_clusters, 4).
         table: Support of each cluster in each direction, shape (n_clusters, n_directions).
-        directions: Shape (n_directions, d).
+        size: Components of a wrench.
         grams: Packed upper triangles of A_i (off-diagonals doubled) in leaf order, shape (n, d (d + 1) / 2).
-        wrenches: Unit cone wrenches in leaf order, shape (n, n_vertices, d).
         measure: Q1, Q2 or Q3.
         minkowski: Q3 is that of the Minkowski sum: supports add up, where they are positive.
         limits: Largest distance of two contacts, and of their mean from the centroid, torque lengths.
@@ -67,7 +57,6 @@ def bound_tuples(
     """
     n_f = tuples.shape[1]
     clusters = np.empty(n_f, np.int64)
-    grasp = np.empty((n_f * (wrenches.shape[1] + ROUNDS), wrenches.shape[2]))
     for m in range(tuples.shape[0]):
         for i in range(n_f):
             clusters[i] = tuples[m, i]
@@ -75,7 +64,7 @@ def bound_tuples(
             bounds[m] = -np.inf
             continue
         floor = max(lower, 0.0) if measure == Q3 else 0.0
-        support, weakest = _table_bound(clusters, table, minkowski, floor)
+        support = _table_bound(clusters, table, minkowski, floor)
         upper = bounds[m]
         if support <= floor:
             bounds[m] = -np.inf
@@ -83,18 +72,7 @@ def bound_tuples(
         if measure == Q3:
             upper = min(upper, support)
         else:
-            upper = _singular_bound(clusters, tree, grams, measure, directions.shape[1], lower, upper)
-        largest = 0
-        for i in range(n_f):
-            largest = max(largest, tree[clusters[i], 3] - tree[clusters[i], 2])
-        if upper > lower and largest <= LARGEST_FOR_WALK:
-            support = _walked_support(
-                clusters, tree, wrenches, directions, weakest, grasp, minkowski, measure == Q3, floor
-            )
-            if support <= floor:
-                upper = -np.inf
-            elif measure == Q3:
-                upper = min(upper, support)
+            upper = _singular_bound(clusters, tree, grams, measure, size, lower, upper)
         bounds[m] = upper
 
 
@@ -125,9 +103,9 @@ def _within_limits(clusters: IntArray, balls: FloatArray, limits: FloatArray) ->
 
 
 @inner
-def _table_bound(clusters: IntArray, table: FloatArray, minkowski: bool, floor: float) -> tuple[float, int]:
-    """Return the smallest support of the clusters' union over the table, and its direction."""
-    best, weakest = np.inf, 0
+def _table_bound(clusters: IntArray, table: FloatArray, minkowski: bool, floor: float) -> float:
+    """Return the smallest support of the clusters' union over the table."""
+    best = np.inf
     stop = max(floor, 0.0)
     for j in range(table.shape[1]):
         value, total = -np.inf, 0.0
@@ -138,10 +116,10 @@ def _table_bound(clusters: IntArray, table: FloatArray, minkowski: bool, floor: 
         if minkowski:
             value = total
         if value < best:
-            best, weakest = value, j
+            best = value
             if best <= stop:
                 break
-    return best, weakest
+    return best
 
 
 @inner
@@ -154,59 +132,6 @@ def _member(tree: IntArray, clusters: IntArray, i: int) -> int:
             many += 1
             order += j < i
     return int(start + ((2 * order + 1) * (end - start)) // (2 * many))
-
-
-@inner
-def _walked_support(
-    clusters: IntArray,
-    tree: IntArray,
-    wrenches: FloatArray,
-    directions: FloatArray,
-    weakest: int,
-    grasp: FloatArray,
-    minkowski: bool,
-    thorough: bool,
-    floor: float,
-) -> float:
-    """Return the clusters' support in a weak direction of their representative."""
-    _, n_v, d = wrenches.shape
-    single = not thorough
-    leaves = True
-    for i in range(clusters.shape[0]):
-        leaves = leaves and tree[clusters[i], 0] < 0
-    single = single or leaves
-    for i in range(clusters.shape[0]):
-        node = _member(tree, clusters, i)
-        for v in range(n_v):
-            for k in range(d):
-                grasp[i * n_v + v, k] = wrenches[node, v, k]
-    direction = np.empty(d)
-    for k in range(d):
-        direction[k] = directions[weakest, k]
-    lowest = np.inf
-    count = clusters.shape[0] * n_v
-    for _ in range(ROUNDS):
-        weak_direction(grasp, count, direction)
-        best, total = -np.inf, 0.0
-        for i in range(clusters.shape[0]):
-            top = -np.inf
-            for node in range(tree[clusters[i], 2], tree[clusters[i], 3]):
-                for v in range(n_v):
-                    value = 0.0
-                    for k in range(d):
-                        value += wrenches[node, v, k] * direction[k]
-                    if value > top:
-                        top = value
-                        for k in range(d):
-                            grasp[count, k] = wrenches[node, v, k]
-            # The members' strongest wrenches join the representative's in the next round.
-            count += 1
-            best = max(best, top)
-            total += max(top, 0.0)
-        lowest = min(lowest, total if minkowski else best)
-        if lowest <= floor or single or not best > 0.0:
-            break
-    return lowest
 
 
 @inner

@@ -1,79 +1,85 @@
 """A first good grasp for the search to beat."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import IntArray
 from graspbench.planning.search.layout import Layout
 from graspbench.planning.search.objectives import Objective
-from graspbench.reconstruction.network import SurfaceNetwork
 
-SAMPLES = 4096
-TRIED = {2: 256, 3: 128, 4: 48}
+SAMPLES = 8192
+AT_ONCE = 8
 
 
-def first_grasps(
-    layout: Layout, objective: Objective, network: SurfaceNetwork, n_f: int, limits: FloatArray, count: int
-) -> list[IntArray]:
-    """Sample grasps and climb from the best ones along the surface's contours, without the hand.
+def sampled_grasps(layout: Layout, objective: Objective, count: int) -> list[IntArray]:
+    """Return the most promising of some random grasps, best first.
 
     Args:
         layout: The problem.
-        objective: What to climb.
-        network: Contours of the surface's nodes.
-        n_f: Number of contacts.
-        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
-        count: Number of climbs.
+        objective: What is to be maximised.
+        count: Number of grasps wanted, each force closure; fewer where fewer were found.
 
     Returns:
-        Leaves of the grasps that were reached, best first.
+        Leaves of each, shape (n_f,).
     """
-    rng = np.random.default_rng(0)
-    if len(layout.nodes) < n_f:
-        return []
-    samples = rng.integers(0, len(layout.nodes), size=(SAMPLES, n_f))
-    samples = samples[meets_limits(layout, samples, limits)][: TRIED.get(n_f, 24)]
-    values = objective.evaluate(samples, -np.inf)
-    leaf_of = np.full(network.size, -1, dtype=np.int64)
-    leaf_of[layout.nodes] = np.arange(len(layout.nodes))
-    reached: dict[tuple[int, ...], float] = {}
-    for k in np.argsort(-values, kind="stable")[:count]:
-        if values[k] > -np.inf:
-            grasp, value = _climb(layout, objective, network, leaf_of, limits, samples[k], float(values[k]))
-            reached[tuple(sorted(grasp.tolist()))] = value
-    return [np.array(grasp) for grasp in sorted(reached, key=lambda g: -reached[g])]
+    samples = layout.sample(SAMPLES)
+    order = np.argsort(-objective.promise(samples), kind="stable")
+    found: list[IntArray] = []
+    for start in range(0, len(order), AT_ONCE):
+        if len(found) >= count:
+            break
+        part = samples[order[start : start + AT_ONCE]]
+        found += list(part[objective.evaluate(part, -np.inf) > -np.inf])
+    return found[:count]
 
 
-def _climb(
+def climb(
     layout: Layout,
     objective: Objective,
-    network: SurfaceNetwork,
-    leaf_of: IntArray,
-    limits: FloatArray,
+    accept: Callable[[IntArray, float], float],
     grasp: IntArray,
     value: float,
 ) -> tuple[IntArray, float]:
-    while True:
-        moves = []
-        for i, leaf in enumerate(grasp):
-            around = leaf_of[network.contour(layout.nodes[leaf])]
-            for neighbour in around[around >= 0]:
-                move = grasp.copy()
-                move[i] = neighbour
-                moves.append(move)
-        tuples = np.array(moves, dtype=np.int64).reshape(-1, len(grasp))
-        tuples = tuples[meets_limits(layout, tuples, limits)]
-        values = objective.evaluate(tuples, value)
-        if not len(values) or values.max() <= value * (1.0 + 1e-9):
-            return grasp, value
-        best = int(np.argmax(values))
-        grasp, value = tuples[best], float(values[best])
+    """Move one contact after the other to its best place on the whole surface, until none gets better.
+
+    Args:
+        layout: The problem.
+        objective: What is to be maximised.
+        accept: Returns the value of a grasp that the hand can hold, else -inf.
+        grasp: Leaves to start from, shape (n_f,).
+        value: What the grasp is worth; -inf if it is not accepted.
+
+    Returns:
+        Leaves of the grasp at the end, and its value; -inf if no accepted one was met.
+    """
+    still, contact = 0, 0
+    while still < len(grasp):
+        moves = np.repeat(grasp[None], len(layout.nodes), axis=0)
+        moves[:, contact] = np.arange(len(layout.nodes))
+        better = _best_accepted(objective, moves[layout.within_limits(moves)], accept, value)
+        still += 1
+        if better is not None:
+            (grasp, value), still = better, 0
+        contact = (contact + 1) % len(grasp)
+    return grasp, value
 
 
-def meets_limits(layout: Layout, tuples: IntArray, limits: FloatArray) -> BoolArray:
-    """Tell which grasps (leaves, shape (m, n_f)) have different contacts that meet the limits; shape (m,)."""
-    points = layout.points[tuples]
-    gaps = np.linalg.norm(points[:, :, None] - points[:, None, :], axis=-1)
-    away = np.linalg.norm(points.mean(axis=1) - layout.centroid, axis=1)
-    ordered = np.sort(tuples, axis=1)
-    different = np.all(ordered[:, 1:] != ordered[:, :-1], axis=1)
-    return np.asarray(different & (gaps.max(axis=(1, 2)) <= limits[0]) & (away <= limits[1]))
+def _best_accepted(
+    objective: Objective, moves: IntArray, accept: Callable[[IntArray, float], float], value: float
+) -> tuple[IntArray, float] | None:
+    """Return the best accepted one of many grasps, and its value, if it is better than ``value``."""
+    promise = objective.promise(moves)
+    order = np.argsort(-promise, kind="stable")
+    for start in range(0, len(order), AT_ONCE):
+        part = order[start : start + AT_ONCE]
+        part = part[promise[part] > value * (1.0 + 1e-9)] if value > 0.0 else part
+        if not len(part):
+            return None
+        values = objective.evaluate(moves[part], value)
+        for k in np.argsort(-values, kind="stable"):
+            if not values[k] > max(value * (1.0 + 1e-9), value):
+                break
+            if accept(moves[part[k]], float(values[k])) > value:
+                return moves[part[k]], float(values[k])
+    return None

@@ -14,9 +14,11 @@ from graspbench.planning.search.layout import Layout
 from graspbench.planning.search.objectives import Objective
 
 BATCH = 512
-LEAF_BATCH = 16
+LEAF_BATCH, LEAF_CHUNK = 64, 8
 CAPACITY_LIMIT = 12_000_000
 """Tuples that the frontier may hold; beyond, the search stops with an honest gap."""
+
+EVALUATED_AT_ONCE = 16
 
 
 @dataclass
@@ -29,7 +31,6 @@ class Progress:
         upper_bound: No grasp, accepted or not seen yet, is better.
         evaluated: Grasps whose measure was computed.
         opened: Tuples of clusters that were bounded.
-        single: Grasps that were reached one by one.
         finished: Whether nothing is left that could be better.
     """
 
@@ -38,7 +39,6 @@ class Progress:
     upper_bound: float
     evaluated: int = 0
     opened: int = 0
-    single: int = 0
     finished: bool = False
 
 
@@ -88,7 +88,7 @@ def branch_and_bound(
                 bounds = np.concatenate([bounds, np.empty_like(bounds)])
                 tuples = np.concatenate([tuples, np.zeros_like(tuples)])
             size, n_children, n_leaves = expand(
-                bounds, tuples, size, layout.branches, radii,
+                bounds, tuples, size, layout.branches, radii, objective.few,
                 children, child_bounds, leaves, leaf_bounds, progress.best,
             )  # fmt: skip
             if n_children:
@@ -100,7 +100,7 @@ def branch_and_bound(
                     bounds, tuples, size, child_bounds[:n_children], children[:n_children], progress.best
                 )
             if n_leaves:
-                _evaluate(layout, objective, leaves[:n_leaves], accept, progress)
+                _resolve(objective, leaves[:n_leaves], accept, progress, pool)
 
 
 def combinations_count(n: int, n_f: int) -> int:
@@ -125,20 +125,29 @@ def _bound(
         job.result()
 
 
-def _evaluate(
-    layout: Layout,
+def _resolve(
     objective: Objective,
     tuples: IntArray,
     accept: Callable[[IntArray, float], float],
     progress: Progress,
+    pool: ThreadPoolExecutor,
 ) -> None:
-    grasps = layout.tree.span[tuples, 0]
-    values = objective.evaluate(grasps, progress.best)
-    progress.evaluated += len(grasps)
-    progress.single += len(grasps)
-    for k in np.argsort(-values, kind="stable"):
-        if not values[k] > progress.best:
+    """Find the best grasp of tuples that hold few."""
+    lower = progress.best
+    chunks = [tuples[k : k + LEAF_CHUNK] for k in range(0, len(tuples), LEAF_CHUNK)]
+    found = list(pool.map(lambda chunk: objective.candidates(chunk, lower), chunks))
+    grasps = np.concatenate([part[0] for part in found])
+    bounds = np.concatenate([part[1] for part in found])
+    order = np.argsort(-bounds, kind="stable")
+    for start in range(0, len(order), EVALUATED_AT_ONCE):
+        part = order[start : start + EVALUATED_AT_ONCE]
+        if bounds[part[0]] <= progress.best:
             break
-        value = accept(grasps[k], float(values[k]))
-        if value > progress.best:
-            progress.best, progress.tuple = value, grasps[k].copy()
+        values = objective.evaluate(grasps[part], progress.best)
+        progress.evaluated += len(part)
+        for k in np.argsort(-values, kind="stable"):
+            if not values[k] > progress.best:
+                break
+            value = accept(grasps[part[k]], float(values[k]))
+            if value > progress.best:
+                progress.best, progress.tuple = value, grasps[part[k]].copy()

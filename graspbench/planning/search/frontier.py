@@ -51,6 +51,7 @@ def expand(
     size: int,
     tree: IntArray,
     radii: FloatArray,
+    few: int,
     child_tuples: IntArray,
     child_bounds: FloatArray,
     leaf_tuples: IntArray,
@@ -65,32 +66,34 @@ def expand(
         size: Number of tuples in the heap.
         tree: See `graspbench.planning.search.bounds.bound_tuples`.
         radii: Radius of each cluster; the widest is split.
+        few: A tuple of at most this many grasps is not split.
         child_tuples: Written: tuples that came from splitting, shape (m, n_f).
         child_bounds: Written: the bounds of the tuples they came from, shape (m,).
-        leaf_tuples: Written: tuples that hold one grasp each, shape (m_leaf, n_f).
+        leaf_tuples: Written: tuples that hold few grasps, shape (m_leaf, n_f).
         leaf_bounds: Written: their bounds, shape (m_leaf,).
         stop_at: Take nothing with a bound at or below it.
 
     Returns:
-        New size of the heap, number of children, number of single grasps.
+        New size of the heap, number of children, number of tuples of few grasps.
     """
     n_f = tuples.shape[1]
     children, leaves = 0, 0
     while size > 0 and bounds[0] > stop_at:
         if children + n_f + 1 > child_bounds.shape[0] or leaves == leaf_bounds.shape[0]:
             break
-        split, widest = -1, -1.0
+        split, widest, many = -1, -1.0, 1
         for i in range(n_f):
             cluster = tuples[0, i]
+            many *= tree[cluster, 3] - tree[cluster, 2]
             if tree[cluster, 0] >= 0 and radii[cluster] > widest:
                 split, widest = cluster, radii[cluster]
-        if split < 0:
+        if many <= few:
             leaf_bounds[leaves] = bounds[0]
             for i in range(n_f):
                 leaf_tuples[leaves, i] = tuples[0, i]
             leaves += 1
         else:
-            many = 0
+            many = 0  # contacts in this cluster
             for i in range(n_f):
                 many += tuples[0, i] == split
             left, right = tree[split, 0], tree[split, 1]

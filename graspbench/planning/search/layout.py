@@ -5,16 +5,17 @@ from functools import cached_property
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
 from graspbench.grasp.epsilon import smallest_support
 from graspbench.grasp.quality import QualityParameters, singular_measures
 from graspbench.grasp.wrench import grasp_matrix, wrench_maps
-from graspbench.planning.search.tables import support_table, wrench_directions
+from graspbench.planning.search.tables import even_directions, support_table, weaken_directions
 from graspbench.planning.search.tree import ClusterTree, build_tree
 
 NORMAL_WEIGHT = 0.3
-DIRECTIONS = 1024
+EVEN_DIRECTIONS, WEAK_DIRECTIONS = 256, 768
+SAMPLES = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class Layout:
         torque_length: m.
         quality: Contact model and wrench space.
         tree: Clusters of the nodes; its members are 0 to n - 1 in order.
+        n_f: Number of contacts.
+        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
     """
 
     nodes: IntArray
@@ -38,6 +41,8 @@ class Layout:
     torque_length: float
     quality: QualityParameters
     tree: ClusterTree
+    n_f: int
+    limits: FloatArray
 
     @property
     def planar(self) -> bool:
@@ -70,8 +75,16 @@ class Layout:
 
     @cached_property
     def directions(self) -> FloatArray:
-        """Directions of the support table, shape (n_directions, d)."""
-        return wrench_directions(DIRECTIONS, self.maps.shape[1])
+        """Directions of the support table, shape (n_directions, d): even ones and weak ones of grasps."""
+        even = even_directions(EVEN_DIRECTIONS, self.maps.shape[1])
+        grasps = self.sample(SAMPLES)
+        if self.planar or not len(grasps):
+            return even
+        supports = (self.wrenches @ even.T).max(axis=1)[grasps].max(axis=1)
+        promising = np.argsort(-supports.min(axis=1), kind="stable")[:WEAK_DIRECTIONS]
+        weak = even[supports[promising].argmin(axis=1)]
+        weaken_directions(self.wrenches, grasps[promising], weak)
+        return np.vstack([even, weak])
 
     @cached_property
     def table(self) -> FloatArray:
@@ -88,6 +101,20 @@ class Layout:
         """Centre and radius of each cluster's arms, shape (n_clusters, 4), torque lengths."""
         return np.hstack([self.tree.arm, self.tree.arm_radius[:, None]])
 
+    def sample(self, count: int) -> IntArray:
+        """Return some of ``count`` random grasps: those within the limits, shape (m, n_f)."""
+        grasps = np.random.default_rng(2010).integers(0, len(self.nodes), size=(count, self.n_f))
+        return grasps[self.within_limits(grasps)]
+
+    def within_limits(self, tuples: IntArray) -> BoolArray:
+        """Tell which grasps (leaves, shape (m, n_f)) have different contacts that meet the limits; (m,)."""
+        points = self.points[tuples]
+        gaps = np.linalg.norm(points[:, :, None] - points[:, None, :], axis=-1)
+        away = np.linalg.norm(points.mean(axis=1) - self.centroid, axis=1)
+        ordered = np.sort(tuples, axis=1)
+        different = np.all(ordered[:, 1:] != ordered[:, :-1], axis=1)
+        return np.asarray(different & (gaps.max(axis=(1, 2)) <= self.limits[0]) & (away <= self.limits[1]))
+
     def grasp_maps(self, tuples: IntArray) -> FloatArray:
         """Return the wrench maps of grasps, shape (m, n_f, d, n_basis), in the wrench space."""
         if not self.planar:
@@ -101,27 +128,34 @@ class Layout:
             torque_length=self.torque_length,
         )
 
+    def singular(self, tuples: IntArray, measure: str) -> FloatArray:
+        """Return q1 or q2 of grasps, force closure or not, shape (m,)."""
+        return singular_measures(grasp_matrix(self.grasp_maps(tuples)))[measure == "q2"]
+
     def measure(self, tuples: IntArray, measure: str, floor: float) -> FloatArray:
         """Return q1, q2 or q3 of grasps, shape (m,); -inf where one is not force closure.
 
         Values at or below ``floor`` need not be exact.
         """
-        polytope = self.quality.polytope()
-        maps = self.grasp_maps(tuples)
-        wrenches = polytope.vertices @ np.swapaxes(maps, -1, -2)
-        l1 = measure == "q3" and self.quality.norm == "l1"
-        enough = max(floor, CLOSURE_TOLERANCE) if l1 else CLOSURE_TOLERANCE
-        radius = smallest_support(wrenches, polytope, stop_at=enough)
-        closed = radius > enough
         values = np.full(len(tuples), -np.inf)
-        if l1:
+        if measure == "q3" and self.quality.norm == "l1":
+            radius = self._reach(tuples, max(floor, CLOSURE_TOLERANCE))
+            closed = radius > max(floor, CLOSURE_TOLERANCE)
             values[closed] = radius[closed]
-        elif measure == "q3":
-            values[closed] = smallest_support(wrenches[closed], polytope, minkowski=True, stop_at=floor)
+            return values
+        if measure != "q3":
+            promise = self.singular(tuples, measure)
+            chosen = np.flatnonzero(promise > floor)
         else:
-            pair = singular_measures(grasp_matrix(maps[closed]))
-            values[closed] = pair[0] if measure == "q1" else pair[1]
+            chosen = np.arange(len(tuples))
+        chosen = chosen[self._reach(tuples[chosen], CLOSURE_TOLERANCE) > CLOSURE_TOLERANCE]
+        values[chosen] = self._reach(tuples[chosen], floor, True) if measure == "q3" else promise[chosen]
         return values
+
+    def _reach(self, tuples: IntArray, stop_at: float, minkowski: bool = False) -> FloatArray:
+        polytope = self.quality.polytope()
+        wrenches = polytope.vertices @ np.swapaxes(self.grasp_maps(tuples), -1, -2)
+        return smallest_support(wrenches, polytope, minkowski=minkowski, stop_at=stop_at)
 
 
 def lay_out(
@@ -131,6 +165,8 @@ def lay_out(
     quality: QualityParameters,
     torque_length: float,
     usable: IntArray,
+    n_f: int,
+    limits: FloatArray,
 ) -> Layout:
     """Cluster the usable nodes of a surface.
 
@@ -141,7 +177,16 @@ def lay_out(
         quality: Contact model and wrench space.
         torque_length: m.
         usable: Indices of the nodes that a finger may touch, shape (n,).
+        n_f: Number of contacts.
+        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
     """
     tree = build_tree((points[usable] - centroid) / torque_length, normals_in[usable], NORMAL_WEIGHT)
     nodes = usable[tree.members]
-    return Layout(nodes, points[nodes], normals_in[nodes], centroid, torque_length, quality, tree)
+    return Layout(
+        nodes, points[nodes], normals_in[nodes], centroid, torque_length, quality, tree, n_f, limits
+    )
+
+
+def single_grasps(layout: Layout, tuples: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the only grasp of each tuple of clusters with one node, as leaves, with no bound."""
+    return layout.tree.span[tuples, 0], np.full(len(tuples), np.inf)

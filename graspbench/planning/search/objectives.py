@@ -6,20 +6,38 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples
-from graspbench.planning.search.layout import Layout
+from graspbench.planning.search.covering import standing_grasps
+from graspbench.planning.search.layout import Layout, single_grasps
 from graspbench.planning.search.outer_triangle import OuterTriangleObjective
+
+FEW = 4096
+"""Grasps that are looked at together for Q3."""
 
 _CODES = {"q1": Q1, "q2": Q2, "q3": Q3}
 
 
 class Objective(Protocol):
-    """A measure that is to be maximised over force closure grasps."""
+    """A measure that is to be maximised over force closure grasps.
+
+    Attributes:
+        few: Tuples of clusters that hold at most this many grasps are not split any more.
+    """
+
+    few: int
 
     def bound(self, tuples: IntArray, bounds: FloatArray, lower: float) -> None:
         """Lower the bounds of tuples of clusters, shape (m,), in place; to -inf where there is no grasp.
 
         Bounds at or below ``lower`` need not be exact.
         """
+        ...
+
+    def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
+        """List the grasps of tuples of clusters that may be better than ``lower``, and their upper bounds."""
+        ...
+
+    def promise(self, tuples: IntArray) -> FloatArray:
+        """Return cheap upper bounds of the values of grasps (tuples of leaf numbers), shape (m,)."""
         ...
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
@@ -33,22 +51,50 @@ class WrenchObjective:
     Args:
         layout: The problem.
         measure: ``q1``, ``q2`` or ``q3``.
-        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
     """
 
-    def __init__(self, layout: Layout, measure: str, limits: FloatArray) -> None:
+    def __init__(self, layout: Layout, measure: str) -> None:
         self._layout = layout
         self._measure = measure
         self._minkowski = measure == "q3" and layout.quality.norm == "linf"
-        self._limits = limits / layout.torque_length
+        self._limits = layout.limits / layout.torque_length
+        self._covered = measure == "q3" and not self._minkowski
+        self.few = FEW if self._covered else 1
 
     def bound(self, tuples: IntArray, bounds: FloatArray, lower: float) -> None:
         """See `Objective`."""
         layout = self._layout
         bound_tuples(
-            tuples, bounds, layout.branches, layout.balls, layout.table, layout.directions, layout.grams,
-            layout.wrenches, _CODES[self._measure], self._minkowski, self._limits, lower,
+            tuples, bounds, layout.branches, layout.balls, layout.table, layout.maps.shape[1], layout.grams,
+            _CODES[self._measure], self._minkowski, self._limits, lower,
         )  # fmt: skip
+
+    def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
+        """See `Objective`."""
+        if not self._covered:
+            return single_grasps(self._layout, tuples)
+        layout, floor = self._layout, max(lower, 0.0)
+        grasps, bounds = np.empty((FEW, tuples.shape[1]), dtype=np.int64), np.empty(FEW)
+        found = []
+        while len(tuples):
+            done, listed = standing_grasps(
+                tuples, layout.branches, layout.wrenches, layout.table, layout.directions,
+                floor, grasps, bounds,
+            )  # fmt: skip
+            found.append((grasps[:listed].copy(), bounds[:listed].copy()))
+            tuples = tuples[done:]
+        standing, reached = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        allowed = layout.within_limits(standing)
+        return standing[allowed], np.minimum(reached, self.promise(standing))[allowed]
+
+    def promise(self, tuples: IntArray) -> FloatArray:
+        """See `Objective`."""
+        layout = self._layout
+        if self._measure != "q3":
+            return layout.singular(tuples, self._measure)
+        supports = layout.table[layout.tree.leaves[tuples]]
+        reached = np.maximum(supports, 0.0).sum(axis=1) if self._minkowski else supports.max(axis=1)
+        return np.asarray(reached.min(axis=1))
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
@@ -64,13 +110,14 @@ class PlanarObjective:
     Args:
         layout: The problem.
         measure: ``q1``, ``q2`` or ``q3``.
-        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
     """
 
-    def __init__(self, layout: Layout, measure: str, limits: FloatArray) -> None:
+    few = 1
+
+    def __init__(self, layout: Layout, measure: str) -> None:
         self._layout = layout
         self._measure = measure
-        self._limits = limits / layout.torque_length
+        self._limits = layout.limits / layout.torque_length
         traces = np.sum(layout.maps**2, axis=(1, 2))
         lengths = np.linalg.norm(layout.wrenches, axis=2).max(axis=1)
         span = layout.tree.span
@@ -91,6 +138,16 @@ class PlanarObjective:
         np.minimum(bounds, values * (1.0 + 1e-9), out=bounds)
         bounds[~self._within_limits(tuples)] = -np.inf
 
+    def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
+        """See `Objective`."""
+        return single_grasps(self._layout, tuples)
+
+    def promise(self, tuples: IntArray) -> FloatArray:
+        """See `Objective`."""
+        if self._measure != "q3":
+            return self._layout.singular(tuples, self._measure)
+        return np.asarray(self._length[self._layout.tree.leaves[tuples]].sum(axis=1))
+
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
         return self._layout.measure(tuples, self._measure, lower)
@@ -103,19 +160,16 @@ class PlanarObjective:
         return np.asarray((gaps.max(axis=(1, 2)) <= self._limits[0]) & (away <= self._limits[1]))
 
 
-def make_objective(
-    layout: Layout, measure: str, limits: FloatArray, thresholds_deg: tuple[float, float]
-) -> Objective:
+def make_objective(layout: Layout, measure: str, thresholds_deg: tuple[float, float]) -> Objective:
     """Return the objective of a measure.
 
     Args:
         layout: The problem.
         measure: ``q1``, ``q2``, ``q3`` or ``mirtich_canny``.
-        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
         thresholds_deg: Largest coplanarity and equilateral errors of ``mirtich_canny``, deg.
     """
     if measure == "mirtich_canny":
-        return OuterTriangleObjective(layout, limits, thresholds_deg)
+        return OuterTriangleObjective(layout, thresholds_deg)
     if layout.planar:
-        return PlanarObjective(layout, measure, limits)
-    return WrenchObjective(layout, measure, limits)
+        return PlanarObjective(layout, measure)
+    return WrenchObjective(layout, measure)

@@ -14,7 +14,7 @@ from graspbench.compiled import compiled, inner
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
 from graspbench.grasp.epsilon import smallest_support
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores, score_contacts
-from graspbench.planning.search.layout import Layout
+from graspbench.planning.search.layout import Layout, single_grasps
 
 FEW = 64
 
@@ -24,13 +24,14 @@ class OuterTriangleObjective:
 
     Args:
         layout: The problem.
-        limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
         thresholds_deg: Largest coplanarity and equilateral errors, deg.
     """
 
-    def __init__(self, layout: Layout, limits: FloatArray, thresholds_deg: tuple[float, float]) -> None:
+    few = 1
+
+    def __init__(self, layout: Layout, thresholds_deg: tuple[float, float]) -> None:
         self._layout = layout
-        self._limits = limits
+        self._limits = layout.limits
         self._thresholds = np.deg2rad(np.array(thresholds_deg))
         tree, rho = layout.tree, layout.torque_length
         self._normals = np.hstack([tree.normal, tree.normal_radius[:, None]])
@@ -44,13 +45,23 @@ class OuterTriangleObjective:
             self._layout.normals_in, self._limits, self._thresholds, lower,
         )  # fmt: skip
 
-    def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
+    def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
+        """See `graspbench.planning.search.objectives.Objective`."""
+        return single_grasps(self._layout, tuples)
+
+    def promise(self, tuples: IntArray) -> FloatArray:
         """See `graspbench.planning.search.objectives.Objective`."""
         layout = self._layout
         cei, eegi, area = mirtich_canny_scores(layout.points[tuples], layout.normals_in[tuples])
         limits = np.rad2deg(self._thresholds)
-        values = np.where((cei <= limits[0]) & (eegi <= limits[1]) & (area > lower), area, -np.inf)
-        chosen = values > -np.inf
+        return np.where((cei <= limits[0]) & (eegi <= limits[1]), area, -np.inf)
+
+    def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
+        """See `graspbench.planning.search.objectives.Objective`."""
+        layout = self._layout
+        values = self.promise(tuples)
+        chosen = values > lower
+        values[~chosen] = -np.inf
         polytope = layout.quality.polytope()
         wrenches = polytope.vertices @ np.swapaxes(layout.grasp_maps(tuples[chosen]), -1, -2)
         open_ = smallest_support(wrenches, polytope, stop_at=CLOSURE_TOLERANCE) <= CLOSURE_TOLERANCE

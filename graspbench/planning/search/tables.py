@@ -4,10 +4,11 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled
+from graspbench.planning.search.polar import weak_direction
 from graspbench.planning.search.tree import ClusterTree
 
 
-def wrench_directions(count: int, size: int) -> FloatArray:
+def even_directions(count: int, size: int) -> FloatArray:
     """Return fixed unit directions of a space: its axes and a seeded uniform sample, shape (n, size)."""
     directions = np.random.default_rng(2010).normal(size=(count, size))
     directions = np.vstack([np.eye(size), -np.eye(size), directions])
@@ -28,6 +29,19 @@ def support_table(tree: ClusterTree, wrenches: FloatArray, directions: FloatArra
     table = np.empty((len(tree.span), len(directions)))
     _fill(tree.children, tree.span, wrenches, directions, table)
     return table
+
+
+@compiled
+def weaken_directions(wrenches: FloatArray, grasps: IntArray, directions: FloatArray) -> None:
+    """Turn the direction of each grasp to a weak one, shape (m, d), in place."""
+    n_f, (_, n_v, d) = grasps.shape[1], wrenches.shape
+    grasp = np.empty((n_f * n_v, d))
+    for m in range(grasps.shape[0]):
+        for i in range(n_f):
+            for v in range(n_v):
+                for k in range(d):
+                    grasp[i * n_v + v, k] = wrenches[grasps[m, i], v, k]
+        weak_direction(grasp, n_f * n_v, directions[m])
 
 
 @compiled

@@ -19,6 +19,7 @@ class ClusterTree:
         arm_radius: Ball that holds the members' arms, shape (n_clusters,).
         normal: Mean normal, unit, shape (n_clusters, 3).
         normal_radius: Ball that holds the members' normals, shape (n_clusters,).
+        leaves: The cluster that holds member k alone, shape (n,).
     """
 
     children: IntArray
@@ -28,6 +29,7 @@ class ClusterTree:
     arm_radius: FloatArray
     normal: FloatArray
     normal_radius: FloatArray
+    leaves: IntArray
 
 
 def build_tree(arms: FloatArray, normals: FloatArray, normal_weight: float) -> ClusterTree:
@@ -59,8 +61,10 @@ def build_tree(arms: FloatArray, normals: FloatArray, normal_weight: float) -> C
     span = np.array(spans, dtype=np.int64)
     arm, arm_radius = _balls(arms[members], span)
     normal, normal_radius = _balls(normals[members], span, unit=True)
+    alone = np.flatnonzero(span[:, 1] - span[:, 0] == 1)
+    leaves = alone[np.argsort(span[alone, 0])]
     return ClusterTree(
-        np.array(children, dtype=np.int64), span, members, arm, arm_radius, normal, normal_radius
+        np.array(children, dtype=np.int64), span, members, arm, arm_radius, normal, normal_radius, leaves
     )
 
 
