@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterable, Iterator
+from queue import SimpleQueue
 from time import perf_counter
 
 from graspbench.reconstruction.surface import Surface
@@ -36,27 +37,25 @@ class TimedSurfaces:
 
 
 class ConcurrentSurfaces:
-    """Surfaces made in a thread of their own; the planner reads the newest one.
+    """Surfaces made in a thread of their own; the planner reads one after the other.
 
     The compiled surface dynamics and the compiled planner both leave Python's global lock, so two cores
-    work at the same time. Surfaces that the planner is too slow for are skipped; the first one and the last
-    one, which is at rest, never are.
+    work at the same time. Surfaces that the planner is too slow for wait for it, none is skipped: so it ends
+    on the same grasp as in lockstep, whatever the timing.
 
     Args:
         surfaces: Where they come from, lazily; they are made in the other thread.
 
     Attributes:
         busy_s: Time from the first surface's start to the last one's end.
-        made: Number of surfaces made, the skipped ones included.
+        made: Number of surfaces made.
     """
 
     def __init__(self, surfaces: Iterable[Surface]) -> None:
         self._surfaces = surfaces
         self.busy_s = 0.0
         self.made = 0
-        self._changed = threading.Condition()
-        self._newest: Surface | None = None
-        self._finished = False
+        self._waiting: SimpleQueue[Surface | None] = SimpleQueue()
         self._error: BaseException | None = None
         self._stopped = False
 
@@ -64,12 +63,10 @@ class ConcurrentSurfaces:
         worker = threading.Thread(target=self._make, name="reconstruction", daemon=True)
         worker.start()
         try:
-            while (surface := self._take()) is not None:
+            while (surface := self._waiting.get()) is not None:
                 yield surface
         finally:
             self._stopped = True
-            with self._changed:
-                self._changed.notify_all()
             worker.join()
         if self._error is not None:
             raise self._error
@@ -78,27 +75,12 @@ class ConcurrentSurfaces:
         started = perf_counter()
         try:
             for surface in self._surfaces:
-                with self._changed:
-                    # The planner starts on the first surface, whatever comes after.
-                    while self.made == 1 and self._newest is not None and not self._stopped:
-                        self._changed.wait()
-                    self._newest = surface
-                    self.made += 1
-                    self.busy_s = perf_counter() - started
-                    self._changed.notify_all()
+                self.made += 1
+                self.busy_s = perf_counter() - started
+                self._waiting.put(surface)
                 if self._stopped:
                     break
         except BaseException as error:
             self._error = error
         finally:
-            with self._changed:
-                self._finished = True
-                self._changed.notify_all()
-
-    def _take(self) -> Surface | None:
-        with self._changed:
-            while self._newest is None and not self._finished:
-                self._changed.wait()
-            surface, self._newest = self._newest, None
-            self._changed.notify_all()
-            return surface
+            self._waiting.put(None)

@@ -27,17 +27,15 @@ def test_lockstep_gives_every_surface_and_measures_their_making():
     assert source.busy_s >= 0.04
 
 
-def test_slow_planner_skips_surfaces_but_neither_the_first_nor_the_last():
-    source = ConcurrentSurfaces(snapshots(50, 0.001))
+def test_slow_planner_sees_every_surface_and_does_not_hold_up_their_making():
+    source = ConcurrentSurfaces(snapshots(50))
     seen = []
     for surface in source:
         seen.append(surface.iteration)
-        time.sleep(0.02)
-    assert seen[0] == 0
-    assert seen[-1] == 49
-    assert seen == sorted(set(seen))
-    assert len(seen) < 50
-    assert source.made == 50
+        time.sleep(0.005)
+        if len(seen) == 25:
+            assert source.made == 50
+    assert seen == list(range(50))
 
 
 def test_fast_planner_sees_every_surface():
