@@ -109,7 +109,10 @@ def run_slurm(
                 stop.wait(engine.poll_s)
     finally:
         for entry in submitted:
-            entry.job.cancel()
+            if waiting:
+                entry.job.cancel()
+            if engine.cluster == "local":
+                entry.job.wait()
 
 
 def is_stored(task: Task, store: ResultStore) -> bool:

@@ -1,0 +1,69 @@
+"""Every command and every Python block of the documentation is run; what is generated is in step."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.conftest import cli  # noqa: F401  the real command line, in this process
+
+DOCS = Path(__file__).parents[2] / "docs"
+BLOCK = re.compile(r"^```(sh|python|yaml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PAGES = sorted(
+    path.relative_to(DOCS).as_posix()
+    for path in DOCS.rglob("*.md")
+    if "_build" not in path.parts and BLOCK.search(path.read_text(encoding="utf-8"))
+)
+
+# What a page says runs as it stands, but for its cost: few small pictures, a coarse surface, no simulation.
+CHEAP = (
+    "search.enabled=false", "execution=off", "camera.width=160", "camera.height=120", "camera.fx=150",
+    "camera.fy=150", "surface.meridians=12", "surface.parallels=10", "stations.outer.count=4",
+    "stations.inner.count=0", "record.pictures=false", "record.level=scores",
+)  # fmt: skip
+COSTLY = {"run", "sweep", "tune"}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_what_a_page_says_runs(page, cli, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / page).read_text(encoding="utf-8")
+    for language, block in BLOCK.findall(text):
+        if language == "python":
+            exec(compile(block, page, "exec"), {})
+        elif language == "yaml":
+            name, content = re.fullmatch(r"# file: (\S+)\n(.*)", block, re.DOTALL).groups()
+            Path(name).parent.mkdir(parents=True, exist_ok=True)
+            Path(name).write_text(content, encoding="utf-8")
+        else:
+            for line in block.replace("\\\n", " ").splitlines():
+                _run(line, cli)
+
+
+def _run(line, cli):  # noqa: F811
+    program, *arguments = shlex.split(line)
+    assert program == "graspbench", line
+    if arguments[0] in COSTLY and "--dry-run" not in arguments:
+        chosen = {word.split("=")[0] for word in arguments}
+        arguments += [word for word in CHEAP if not (word.startswith("record") and "record" in chosen)]
+        arguments += ["--jobs", "0"] if arguments[0] != "run" and "engine=slurm" not in arguments else []
+    finished = cli(*arguments, cwd=Path.cwd())
+    assert finished.code == 0, f"{line}\n{finished.stdout[-500:]}\n{finished.stderr[-1000:]}"
+
+
+def test_configuration_reference_is_in_step(cli):  # noqa: F811
+    written = (DOCS / "reference/configuration.md").read_text(encoding="utf-8")
+    assert written == cli("config", "--reference").stdout, (
+        "run: graspbench config --reference > docs/reference/configuration.md"
+    )
+
+
+def test_site_builds_without_a_warning(tmp_path):
+    pytest.importorskip("sphinx")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(DOCS), str(tmp_path / "site")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "site" / "tutorial.html").is_file()
