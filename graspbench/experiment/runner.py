@@ -49,7 +49,8 @@ def run_and_store(
             with TrialLog(folder / "trial.mcap", config.record) as log:
                 log.attach("config.yaml", text)
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
-                outcome = run_trial(config, log=log, picture_dir=folder, on_stage=on_stage)
+                listener = _listener(log, on_stage)
+                outcome = run_trial(config, log=log, picture_dir=folder, on_stage=listener)
             result = {**_header(config, "done", None), **outcome}
         except Exception as error:
             if isinstance(error, InputError) and not contain:
@@ -82,6 +83,17 @@ def failed_result(
 def fault_file(root: Path, trial_id: str) -> Path:
     """Return where a worker's last traceback goes when a signal or the time limit ends it."""
     return root / f".{trial_id}.fault"
+
+
+def _listener(log: TrialLog, on_stage: Callable[[str, float], None] | None) -> Callable[[str, float], None]:
+    """Return a listener that also logs each stage's end, so that a log that is cut shows how far it came."""
+
+    def listen(stage: str, seconds: float) -> None:
+        log.message(f"{stage} done", level="debug", stage=stage)
+        if on_stage is not None:
+            on_stage(stage, seconds)
+
+    return listen
 
 
 def _reason(error: Exception) -> str:

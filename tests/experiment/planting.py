@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 MODULE = """
@@ -60,9 +61,20 @@ def install(folder: Path) -> Path:
 
 def sweep(plugin: Path, output: Path, *arguments: str) -> subprocess.Popen[str]:
     """Start ``graspbench sweep`` of small trials with the plug-in, in a process group of its own."""
-    command = [sys.executable, "-m", "graspbench.cli", "sweep", *SMALL, *arguments, "-o", str(output)]
+    return _start("sweep", plugin, output, arguments)
+
+
+def run(plugin: Path, output: Path, *arguments: str) -> subprocess.Popen[str]:
+    """Start ``graspbench run`` of one small trial with the plug-in."""
+    return _start("run", plugin, output, arguments)
+
+
+def _start(command: str, plugin: Path, output: Path, arguments: Sequence[str]) -> subprocess.Popen[str]:
+    given = {argument.split("=")[0] for argument in arguments}
+    small = [word for word in SMALL if word.split("=")[0] not in given]
+    words = [sys.executable, "-m", "graspbench.cli", command, *small, *arguments, "-o", str(output)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(plugin), *sys.path])}
     return subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        words, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
     )  # fmt: skip

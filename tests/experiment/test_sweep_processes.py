@@ -11,6 +11,7 @@ import pytest
 
 from graspbench.experiment.engine import load_engine
 from graspbench.experiment.store import ResultStore
+from graspbench.record import recover_log
 from tests.experiment import planting
 
 FAULTS = {
@@ -87,6 +88,25 @@ def test_faults_and_kills_touch_no_other_trial(plugin, tmp_path):
     assert typed["success"].dtype == "boolean"
     assert typed["seed"].dtype == "Int64"
     assert typed["local.q1"].dtype == "Float64"
+
+
+def test_a_killed_trial_leaves_a_log_that_can_be_recovered(plugin, tmp_path):
+    output = tmp_path / "run"
+    process = planting.run(plugin, output, "record=full", "record.pictures=false", "search.enabled=true")
+    for line in process.stderr:
+        if "global_q1 (" in line:  # the next measure is being searched
+            break
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    (partial,) = output.glob(".*.partial/trial.mcap.partial")
+
+    saved = recover_log(partial, tmp_path / "saved.mcap")
+
+    assert saved.complete
+    assert saved.messages["/camera/image"] == 5  # every view, and the surface, was logged before
+    assert saved.messages["/surface/points"] == 1
+    assert saved.messages["/log"] > 5
+    assert "config.yaml" in saved.attachments
 
 
 def test_a_claim_is_exclusive_and_ends_with_its_process(tmp_path):
