@@ -66,10 +66,12 @@ def standing_grasps(
             room *= count[i]
         if found + room > grasps.shape[0]:
             return m, found
-        many = _weak_ones(tuples[m], table, directions, floor, known)
-        bits[:] = 0
+        many = _weak_ones(tuples, m, table, directions, floor, known)
+        for i in range(n_f):
+            for a in range(count[i]):
+                bits[i, a] = 0
         for j in range(many):
-            _mark(bits, first, count, wrenches, known[j], floor, np.int64(1) << j)
+            _mark(bits, first, count, wrenches, known, j, floor)
         every = _unite(bits, count, union, many)
         if union[0] != every:
             continue
@@ -99,8 +101,9 @@ def standing_grasps(
                 bounds[found] = reach
                 found += 1
             elif many < MOST_DIRECTIONS:
-                known[many] = direction
-                _mark(bits, first, count, wrenches, direction, floor, np.int64(1) << many)
+                for k in range(d):
+                    known[many, k] = direction[k]
+                _mark(bits, first, count, wrenches, known, many, floor)
                 many += 1
                 every = _unite(bits, count, union, many)
                 if union[0] != every:
@@ -117,16 +120,17 @@ def standing_grasps(
 
 @inner
 def _weak_ones(
-    clusters: IntArray, table: FloatArray, directions: FloatArray, floor: float, known: FloatArray
+    tuples: IntArray, m: int, table: FloatArray, directions: FloatArray, floor: float, known: FloatArray
 ) -> int:
     """Collect directions of the table in which the clusters reach little farther than the floor."""
     many = 0
     for j in range(table.shape[1]):
-        reach = table[clusters[0], j]
-        for i in range(1, clusters.shape[0]):
-            reach = max(reach, table[clusters[i], j])
+        reach = table[tuples[m, 0], j]
+        for i in range(1, tuples.shape[1]):
+            reach = max(reach, table[tuples[m, i], j])
         if reach < WEAK * floor:
-            known[many] = directions[j]
+            for k in range(directions.shape[1]):
+                known[many, k] = directions[j, k]
             many += 1
             if many == MOST_FROM_TABLE:
                 break
@@ -136,7 +140,7 @@ def _weak_ones(
 @inner
 def _unite(bits: IntArray, count: IntArray, union: IntArray, many: int) -> int:
     """Write what the members of each contact and the following ones cover; return all bits in use."""
-    union[-1] = 0
+    union[count.shape[0]] = 0
     for i in range(count.shape[0] - 1, -1, -1):
         union[i] = union[i + 1]
         for a in range(count[i]):
@@ -148,15 +152,16 @@ def _unite(bits: IntArray, count: IntArray, union: IntArray, many: int) -> int:
 def _walk(grasp: FloatArray, known: FloatArray, many: int, direction: FloatArray, floor: float) -> float:
     """Write a weak direction of a grasp, and return how far it reaches there."""
     m, d = grasp.shape
-    lowest = np.inf
+    lowest, weakest = np.inf, 0
     # First from the weakest known direction, then from one that is surely reached.
     for attempt in range(2):
         if attempt == 0:
             for j in range(many):
-                reach = _reach(grasp, known[j])
+                reach = _reach(grasp, known, j)
                 if reach < lowest:
-                    lowest = reach
-                    direction[:] = known[j]
+                    lowest, weakest = reach, j
+            for k in range(d):
+                direction[k] = known[weakest, k]
             if many == 0:
                 continue
         else:
@@ -169,19 +174,25 @@ def _walk(grasp: FloatArray, known: FloatArray, many: int, direction: FloatArray
             for k in range(d):
                 direction[k] /= np.sqrt(size)
         weak_direction(grasp, m, direction)
-        lowest = min(lowest, _reach(grasp, direction))
+        reach = -np.inf
+        for j in range(m):
+            value = 0.0
+            for k in range(d):
+                value += grasp[j, k] * direction[k]
+            reach = max(reach, value)
+        lowest = min(lowest, reach)
         if lowest <= floor:
             break
     return lowest
 
 
 @inner
-def _reach(grasp: FloatArray, direction: FloatArray) -> float:
+def _reach(grasp: FloatArray, known: FloatArray, j: int) -> float:
     farthest = -np.inf
-    for j in range(grasp.shape[0]):
+    for c in range(grasp.shape[0]):
         value = 0.0
         for k in range(grasp.shape[1]):
-            value += grasp[j, k] * direction[k]
+            value += grasp[c, k] * known[j, k]
         farthest = max(farthest, value)
     return farthest
 
@@ -192,18 +203,18 @@ def _mark(
     first: IntArray,
     count: IntArray,
     wrenches: FloatArray,
-    direction: FloatArray,
+    known: FloatArray,
+    j: int,
     floor: float,
-    bit: np.int64,
 ) -> None:
-    """Set the bit of every member that reaches farther than the floor in a direction."""
+    """Set bit j of every member that reaches farther than the floor in known direction j."""
     _, n_v, d = wrenches.shape
     for i in range(first.shape[0]):
         for a in range(count[i]):
             for v in range(n_v):
                 value = 0.0
                 for k in range(d):
-                    value += wrenches[first[i] + a, v, k] * direction[k]
+                    value += wrenches[first[i] + a, v, k] * known[j, k]
                 if value > floor:
-                    bits[i, a] |= bit
+                    bits[i, a] |= np.int64(1) << j
                     break
