@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from graspbench.experiment.config import TrialConfig
     from graspbench.reconstruction.surface import Surface
 
 
@@ -28,6 +29,15 @@ def warm_up_planner() -> None:
     config = load_config(["planner.candidates=1", "planner.planes=1"])
     index = make_index(config.index_name, config.index, 3, config.quality)
     plan_local([_ball()], index, None, 3, config.planner, config.quality)
+    warm_up_search(config)
+
+
+def warm_up_search(config: "TrialConfig") -> None:
+    """Compile what searches all grasps of a surface."""
+    from graspbench.planning import SearchParameters, plan_global
+
+    for measure in ("q1", "q3"):
+        plan_global(_ball(), measure, 3, config.quality, SearchParameters(time_limit_s=5.0))
 
 
 def warm_up_hand() -> None:
