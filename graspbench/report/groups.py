@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from graspbench.report.statistics import aggregate, spearman, wilson_interval
+from graspbench.report.statistics import STATISTICS, aggregate, spearman, wilson_interval
 from graspbench.report.tables import latex_escape
 
 DEFAULT_VALUES = ("ratio.q1", "ratio.q2", "ratio.q3", "local.time_s")
@@ -130,13 +130,13 @@ def frame_latex(table: pd.DataFrame, title: str, label: str, notes: Sequence[str
 
 def heading(name: object) -> str:
     """Return a column's heading with its unit, which the column's name ends with."""
-    text, _, statistic = str(name).rpartition(".")
-    column = text if text else statistic
     whole = str(name)
+    column, _, last = whole.rpartition(".")
+    if last not in STATISTICS:
+        column = whole
     for suffix, unit in _UNITS.items():
         if column.endswith(suffix):
-            short = whole.replace(column, column.removesuffix(suffix))
-            return f"{short} [{unit}]"
+            return f"{column.removesuffix(suffix)}{whole[len(column) :]} [{unit}]"
     return whole
 
 
