@@ -8,6 +8,7 @@ configuration (a file of ``conf/``) says which sections there are: ``config`` ha
 
 import dataclasses
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
 from typing import Any, Literal
 
@@ -118,7 +119,7 @@ def validate_section(section: str, content: Mapping[str, Any]) -> Any:
     kind = section_type(section, content)
     values = {key: value for key, value in content.items() if (section, key) != ("index", "name")}
     try:
-        return TypeAdapter(kind).validate_python(values)
+        return _adapter(kind).validate_python(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join([section, *(str(part) for part in first["loc"])])
@@ -128,6 +129,12 @@ def validate_section(section: str, content: Mapping[str, Any]) -> Any:
             key=key,
             value=first["input"],
         ) from error
+
+
+@cache
+def _adapter(kind: type) -> TypeAdapter[Any]:
+    """Return what validates a dataclass; to make one takes longer than to use it a hundred times."""
+    return TypeAdapter(kind)
 
 
 def _defaults(kind: type) -> Tree:
