@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import cv2
 import numpy as np
@@ -16,13 +15,11 @@ from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import Writer
-from mcap_protobuf.schema import build_file_descriptor_set
 
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.record import messages
-from graspbench.record.channels import CHANNELS, keeps
+from graspbench.record.channels import keeps
+from graspbench.record.chunked_file import ChunkedFile
 from graspbench.record.parameters import Level, RecordParameters
 
 if TYPE_CHECKING:  # a log only reads attributes: no need to load the stages
@@ -44,7 +41,6 @@ OUTLINE: messages.Rgba = (0.10, 0.85, 0.35, 1.0)
 BOX: messages.Rgba = (1.0, 0.75, 0.10, 1.0)
 
 _LEVELS = {"debug": Log.DEBUG, "info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR}
-_SCORES_SCHEMA = {"type": "object", "additionalProperties": {"type": ["number", "boolean", "string", "null"]}}
 
 
 class TrialLog:
@@ -68,36 +64,28 @@ class TrialLog:
     def __init__(self, path: Path, record: RecordParameters | Level = "full") -> None:
         self.path = path
         self.parameters = record if isinstance(record, RecordParameters) else RecordParameters(level=record)
-        self.partial = path.with_name(path.name + ".partial")
         self._time_ns = 0
         self._snapshots = 0
         self._skipped: Surface | None = None
-        self._stream: IO[bytes] | None = None
-        self._writer: Writer | None = None
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
+        self._file: ChunkedFile | None = None
 
     def __enter__(self) -> Self:
         if self.parameters.level != "off":
-            self._stream = self.partial.open("wb")
-            self._writer = Writer(self._stream)
-            self._writer.start(profile="", library="graspbench")
+            self._file = ChunkedFile(self.path)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._writer is None or self._stream is None:
+        if self._file is None:
             return
         if error is None:
             self._flush_skipped()
-            self._writer.finish()
-            self._stream.close()
-            os.replace(self.partial, self.path)
+            self._file.finish()
         else:
             self.message(str(error), level="error")
-            self._stream.close()
-        self._writer = self._stream = None
+            self._file.abandon()
+        self._file = None
 
     @property
     def time_s(self) -> float:
@@ -106,13 +94,13 @@ class TrialLog:
 
     def metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Store key-value pairs about the trial (versions, identity)."""
-        if self._writer is not None:
-            self._writer.add_metadata(name, {key: str(value) for key, value in values.items()})
+        if self._file is not None:
+            self._file.metadata(name, values)
 
     def attach(self, name: str, text: str, media_type: str = "application/yaml") -> None:
         """Store a whole text, such as the resolved configuration."""
-        if self._writer is not None:
-            self._writer.add_attachment(0, self._time_ns, name, media_type, text.encode())
+        if self._file is not None:
+            self._file.attach(name, text, media_type, self._time_ns)
 
     def message(self, text: str, *, level: str = "info", stage: str = "trial") -> None:
         """Log a sentence; ``level`` is debug, info, warning or error."""
@@ -278,33 +266,12 @@ class TrialLog:
         self._time_ns += round(duration_s * 1e9)
 
     def _put(self, topic: str, message: Any) -> None:
-        if self._writer is None or not keeps(self.parameters.level, topic):
-            return
-        data = message if isinstance(message, bytes) else message.SerializeToString()
-        self._writer.add_message(self._channel(topic), self._time_ns, data, self._time_ns)
-
-    def _channel(self, topic: str) -> int:
-        assert self._writer is not None
-        if topic not in self._channels:
-            channel = CHANNELS[topic]
-            if channel.message is None:
-                encoding = MessageEncoding.JSON
-                schema = ("graspbench.Scores", SchemaEncoding.JSONSchema, json.dumps(_SCORES_SCHEMA).encode())
-            else:
-                encoding = MessageEncoding.Protobuf
-                descriptors = build_file_descriptor_set(channel.message)
-                name = channel.message.DESCRIPTOR.full_name
-                schema = (name, SchemaEncoding.Protobuf, descriptors.SerializeToString(deterministic=True))
-            if schema[0] not in self._schemas:
-                self._schemas[schema[0]] = self._writer.register_schema(*schema)
-            self._channels[topic] = self._writer.register_channel(
-                topic, encoding, self._schemas[schema[0]], {"description": channel.description}
-            )
-        return self._channels[topic]
+        if self._file is not None and keeps(self.parameters.level, topic):
+            self._file.add(topic, message, self._time_ns)
 
     def _end_chunk(self) -> None:
-        if self._writer is not None:
-            self._writer.flush()
+        if self._file is not None:
+            self._file.end_chunk()
 
 
 def outlines_of(mask: BoolArray) -> list[FloatArray]:
