@@ -1,8 +1,11 @@
-"""``graspbench objects``: the catalogue, and whether a mesh can be used."""
+"""``graspbench objects``: the catalogue, an object in detail, and whether a mesh can be used."""
+
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
-from graspbench.cli.arguments import Json
+from graspbench.cli.arguments import ConfigDir, Json
 
 app = typer.Typer(help="The catalogue of objects, and whether a mesh can be used.", no_args_is_help=True)
 
@@ -18,3 +21,74 @@ def list_catalogue(as_json: Json = False) -> None:
         print_json({"schema": 1, "rows": rows})
     else:
         print_rows(rows)
+
+
+@app.command()
+def show(
+    name: Annotated[str, typer.Argument(help="Object of the catalogue, or 'random', 'mesh', 'folder'.")],
+    overrides: Annotated[list[str] | None, typer.Argument(help="Options such as object.id=137.")] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the picture.")] = Path(
+        "results/objects"
+    ),
+    as_json: Json = False,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Show one object: size, mass, topology, collision pieces, licence, and a picture."""
+    from graspbench.cli.printing import print_json
+    from graspbench.experiment import show_object
+
+    described, picture = show_object([f"object={name}", *(overrides or [])], output, config_dir)
+    if as_json:
+        print_json(described | {"picture": str(picture)})
+    else:
+        _print_properties(described | {"picture": str(picture)})
+
+
+@app.command()
+def check(
+    files: Annotated[list[Path], typer.Argument(help="Mesh files.")],
+    scale: Annotated[float, typer.Option(help="Metres per unit of the files.", min=1e-9)] = 1.0,
+    repair: Annotated[
+        Path | None, typer.Option(help="Write a usable copy of the (one) mesh here, in metres.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Say whether and how meshes can be used; exit code 2 if one cannot."""
+    from graspbench.cli.printing import print_json
+    from graspbench.errors import ConfigurationError
+    from graspbench.experiment import check_object, repair_object
+
+    if repair is not None and len(files) > 1:
+        raise ConfigurationError(f"--repair with {len(files)} files", remedy="repair one file at a time")
+    if repair is not None:
+        found = [repair_object(files[0], scale, repair)]
+    else:
+        found = [check_object(file, scale) for file in files]
+    if as_json:
+        print_json({"schema": 1, "rows": found})
+    else:
+        for each in found:
+            _print_properties(each)
+    if not all(each["usable"] for each in found):
+        raise typer.Exit(2)
+
+
+def _print_properties(described: dict[str, Any]) -> None:
+    from graspbench.cli.printing import cell, out
+
+    for key, value in described.items():
+        if isinstance(value, list):
+            lines = [item["sentence"] if isinstance(item, dict) else item for item in value]
+            if key == "problems" or (lines and isinstance(lines[0], str)):
+                for line in lines:
+                    out.print(f"{key:17} {line}", highlight=False, markup=False)
+                continue
+            value = ", ".join(cell(item) if not isinstance(item, list) else _row(item) for item in lines)
+            if not value:
+                continue
+        text = value if isinstance(value, str) else cell(value)
+        out.print(f"{key:17} {text}", highlight=False, markup=False)
+
+
+def _row(values: list[float]) -> str:
+    return "[" + " ".join(f"{value:.3g}" for value in values) + "]"

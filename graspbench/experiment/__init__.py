@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     )
     from graspbench.experiment.engine import EngineParameters, load_engine, split_engine
     from graspbench.experiment.manipulation import manipulate_and_store
+    from graspbench.experiment.objects import check_object, repair_object, show_object
     from graspbench.experiment.runner import run_and_store
     from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
     from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
@@ -31,6 +32,7 @@ _HOMES = {
     "ResultStore": "store",
     "SweepOptions": "sweep",
     "TrialConfig": "config",
+    "check_object": "objects",
     "compose_tree": "compose",
     "config_from_tree": "config",
     "describe_hands": "catalogue",
@@ -44,10 +46,12 @@ _HOMES = {
     "manipulate_and_store": "manipulation",
     "manipulation_config_from_tree": "config",
     "plan_sweep": "sweep",
+    "repair_object": "objects",
     "results_frame": "store",
     "run_and_store": "runner",
     "run_sweep": "sweep",
     "run_trial": "trial",
+    "show_object": "objects",
     "split_engine": "engine",
     "to_json": "store",
 }
@@ -59,6 +63,7 @@ __all__ = [
     "ResultStore",
     "SweepOptions",
     "TrialConfig",
+    "check_object",
     "compose_tree",
     "config_from_tree",
     "describe_hands",
@@ -72,10 +77,12 @@ __all__ = [
     "manipulate_and_store",
     "manipulation_config_from_tree",
     "plan_sweep",
+    "repair_object",
     "results_frame",
     "run_and_store",
     "run_sweep",
     "run_trial",
+    "show_object",
     "split_engine",
     "to_json",
 ]
