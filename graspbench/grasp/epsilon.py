@@ -12,8 +12,11 @@ other corners cut out. Most bases are no faces of the hull at all, and their pol
 cuts. On the others -c / |d| is least at a corner: so only what cuts off the least one has to be looked at,
 until nothing does, or the least one is farther than what is known already.
 
-No tolerance decides what is a facet: the value returned is the support in a direction met on the way, which
-is never below the minimum.
+In regular grasps the hull is degenerate: facets have more corners than they need, and the polygon of a base
+inside one is a single point, or an arc, which rounding would cut away. So the search is for the facets of
+corners that are displaced a little, each contact's polytope as a whole and all in different ways: that leaves
+no polygon thin, and changes the smallest support by less than the displacement. The value returned is the
+support of the true corners in a direction met on the way, which is never below the minimum.
 """
 
 from functools import lru_cache
@@ -34,8 +37,10 @@ FaceTable = tuple[IntArray, IntArray]
 CLOSURE_TOLERANCE = 1e-9
 """Ball radius below which a grasp counts as not force closure (rounding; wrenches are of order one)."""
 
-_NUDGE = 1e-10
-_INSIDE = 1e-12  # a corner this little beyond a cut stays, so that facets of many corners are not lost
+_DISPLACEMENT = 1e-10  # the largest one of a corner, over the length of the longest wrench
+_INDEPENDENT = 1e-18  # squared: what is less off the span of others is off it by displacement alone
+_ON_FACET = 1e-8  # a corner this little below a displaced facet is on the true one
+_INSIDE = 1e-14  # a corner this little beyond a cut stays: rounding, far less than the displacement
 
 
 @lru_cache(maxsize=64)
@@ -96,49 +101,68 @@ def smallest_support(
     """
     if minkowski:
         return smallest_support_of_sum(wrenches, polytope, stop_at)
+    _, n_f, _, size = wrenches.shape
     corners, start = face_table(polytope)
-    shares = base_shares(polytope, wrenches.shape[1], wrenches.shape[-1])
-    stacked = np.ascontiguousarray(wrenches)
-    values = np.asarray(_smallest_support_batch(stacked, corners, start, shares, stop_at))
-    vanished = np.flatnonzero(np.abs(values) <= CLOSURE_TOLERANCE)
-    if len(vanished):
-        # no span, or facets so regular that their polygons vanish: a nudge far below the tolerance tells
-        nudge = _NUDGE * np.random.default_rng(0).uniform(-1.0, 1.0, stacked.shape[1:])
-        nudged = stacked[vanished] + nudge
-        found = _smallest_support_batch(nudged, corners, start, shares, stop_at)
-        values[vanished] = np.where(found > CLOSURE_TOLERANCE, found, values[vanished])
-    return values
+    shares = base_shares(polytope, n_f, size)
+    shifts = _displacements(polytope, n_f, size)
+    batch = np.ascontiguousarray(wrenches)
+    return np.asarray(_smallest_support_batch(batch, shifts, corners, start, shares, stop_at))
+
+
+@lru_cache(maxsize=256)
+def _displacements(polytope: ContactPolytope, contacts: int, size: int) -> FloatArray:
+    """Return a displacement of every corner: for each contact a linear map of its polytope, always the same.
+
+    Returns:
+        Shape (contacts, n_vertices, size), each at most `_DISPLACEMENT` long.
+    """
+    unit = polytope.vertices / np.abs(polytope.vertices).max(axis=0)
+    maps = np.random.default_rng(0).uniform(-1.0, 1.0, (contacts, unit.shape[1], size))
+    return np.asarray(_DISPLACEMENT / (unit.shape[1] * np.sqrt(size)) * (unit @ maps))
 
 
 @compiled
 def _smallest_support_batch(
-    wrenches: FloatArray, corners: IntArray, start: IntArray, shares: IntArray, stop_at: float
+    wrenches: FloatArray,
+    shifts: FloatArray,
+    corners: IntArray,
+    start: IntArray,
+    shares: IntArray,
+    stop_at: float,
 ) -> FloatArray:
     values = np.empty(wrenches.shape[0])
     for g in range(wrenches.shape[0]):
-        values[g] = smallest_support_one(wrenches[g], corners, start, shares, stop_at)
+        values[g] = smallest_support_one(wrenches[g], shifts, corners, start, shares, stop_at)
     return values
 
 
 @inner
 def smallest_support_one(
-    wrenches: FloatArray, corners: IntArray, start: IntArray, shares: IntArray, stop_at: float
+    wrenches: FloatArray,
+    shifts: FloatArray,
+    corners: IntArray,
+    start: IntArray,
+    shares: IntArray,
+    stop_at: float,
 ) -> float:
     """Return one grasp's smallest support; arguments as laid out by `smallest_support`."""
     n_f, n_v, d = wrenches.shape
     size = d + 1
     columns = np.ones((size, n_f * n_v))  # of each corner its wrench, and a one for the offset
-    scale = _corner_columns(wrenches, columns)
-    free = np.zeros((n_f + 1, size, size))  # orthonormal rows: what the chosen corners leave free
+    moved = np.ones((size, n_f * n_v))
+    scale = _corner_columns(wrenches, shifts, columns, moved)
+    free = np.zeros((max(n_f, d) + 1, size, size))  # orthonormal rows: what the chosen corners leave free
     for k in range(size):
         free[0, k, k] = 1.0
-    dims = np.empty(n_f + 1, np.int64)
+    dims = np.empty(len(free), np.int64)
     dims[0] = size
     face = np.empty(n_f, np.int64)
     part = np.empty(size)
     cuts = np.empty((3, n_f * n_v))
     polygons = np.empty((2, 2 * n_f * n_v + 8, 3))
-    best = np.inf
+    ray = np.zeros(size)
+    best = np.inf  # of the displaced corners
+    found = np.inf  # of the true ones
     for s in range(shares.shape[0]):
         level: Any = np.int64(0)  # typed at once, or all below is compiled for a literal first
         face[0] = start[shares[s, 0]] - 1
@@ -147,21 +171,30 @@ def smallest_support_one(
             if face[level] >= start[shares[s, level] + 1]:
                 level -= 1
                 continue
-            if not _reduce(free, dims, level, columns, corners[face[level]], n_v, shares[s, level], part):
+            if not _reduce(free, dims, level, moved, corners[face[level]], n_v, shares[s, level], part):
                 continue
             if level + 1 < n_f:
                 level += 1
                 face[level] = start[shares[s, level]] - 1
                 continue
-            best = _least_on_polygon(columns, free[n_f], cuts, polygons, best)
-            if best * scale <= stop_at:
-                return float(best * scale)
-    return float(best * scale) if best < np.inf else 0.0
+            least = _least_on_polygon(moved, free[n_f], cuts, polygons, best, ray)
+            if least >= best:
+                continue
+            best = least
+            found = min(found, _support(columns, ray))
+            if found * scale <= stop_at:
+                return float(found * scale)
+    if found == np.inf:
+        return 0.0
+    _settle(free, dims, columns, part, ray)
+    return float(min(found, _support(columns, ray)) * scale)
 
 
 @inner
-def _corner_columns(wrenches: FloatArray, columns: FloatArray) -> float:
-    """Write each corner's wrench over the length of the longest one; return that length."""
+def _corner_columns(
+    wrenches: FloatArray, shifts: FloatArray, columns: FloatArray, moved: FloatArray
+) -> float:
+    """Write each corner's wrench over the length of the longest, true and displaced; return the length."""
     n_f, n_v, d = wrenches.shape
     longest = 1e-300
     for i in range(n_f):
@@ -175,6 +208,7 @@ def _corner_columns(wrenches: FloatArray, columns: FloatArray) -> float:
     for k in range(d):
         for j in range(columns.shape[1]):
             columns[k, j] /= longest
+            moved[k, j] = columns[k, j] + shifts[j // n_v, j % n_v, k]
     return float(longest)
 
 
@@ -208,7 +242,7 @@ def _reduce(
                 value += basis[a, b] * columns[b, j]
             part[a] = value
             length += value**2
-        if length <= 1e-22 * norm:
+        if length <= _INDEPENDENT * norm:
             return False
         length = np.sqrt(length)
         part[k - 1] += length if part[k - 1] >= 0.0 else -length
@@ -229,8 +263,55 @@ def _reduce(
 
 
 @inner
+def _support(columns: FloatArray, ray: FloatArray) -> float:
+    """Return the support in the direction of a ray."""
+    d = len(ray) - 1
+    square, highest = 0.0, -np.inf
+    for k in range(d):
+        square += ray[k] ** 2
+    for j in range(columns.shape[1]):
+        height = 0.0
+        for k in range(d):
+            height += ray[k] * columns[k, j]
+        highest = max(highest, height)
+    return float(highest / np.sqrt(max(square, 1e-300)))
+
+
+@inner
+def _settle(free: FloatArray, dims: IntArray, columns: FloatArray, part: FloatArray, ray: FloatArray) -> None:
+    """Move the ray of a displaced facet to the true one, which has the same corners."""
+    level: Any = np.int64(0)
+    corner = np.empty(1, np.int64)
+    length = 0.0
+    for b in range(len(ray) - 1):
+        length += ray[b] ** 2
+    length = np.sqrt(length)
+    for j in range(columns.shape[1]):
+        corner[0] = j
+        height = 0.0
+        for b in range(len(ray)):
+            height += ray[b] * columns[b, j]
+        on_facet = height >= -_ON_FACET * length and level < len(ray) - 1
+        if on_facet and _reduce(free, dims, level, columns, corner, 0, 1, part):
+            level += 1
+    for a in range(dims[level]):
+        part[a] = 0.0
+        for b in range(len(ray)):
+            part[a] += free[level, a, b] * ray[b]
+    for b in range(len(ray)):
+        ray[b] = 0.0
+        for a in range(dims[level]):
+            ray[b] += part[a] * free[level, a, b]
+
+
+@inner
 def _least_on_polygon(
-    columns: FloatArray, basis: FloatArray, cuts: FloatArray, polygons: FloatArray, best: float
+    columns: FloatArray,
+    basis: FloatArray,
+    cuts: FloatArray,
+    polygons: FloatArray,
+    best: float,
+    ray: FloatArray,
 ) -> float:
     """Return the least support on a base's polygon, or ``best`` if that is less.
 
@@ -240,6 +321,7 @@ def _least_on_polygon(
         cuts: Work space, shape (3, n_f n_v).
         polygons: Work space, shape (2, n, 3).
         best: What is known already.
+        ray: Where what is less is written: its direction and offset, shape (d + 1,).
     """
     for a in range(3):
         for j in range(cuts.shape[1]):
@@ -247,8 +329,7 @@ def _least_on_polygon(
         for b in range(basis.shape[1]):
             for j in range(cuts.shape[1]):
                 cuts[a, j] += basis[a, b] * columns[b, j]
-    if not _first_polygon(cuts, polygons[0]):
-        return min(best, 0.0)  # the corners do not span the space
+    _first_polygon(cuts, polygons[0])
     count: Any = np.int64(4)
     side: Any = np.int64(0)
     while count > 0:
@@ -264,16 +345,19 @@ def _least_on_polygon(
         worst = _worst_cut(cuts, polygon[least])
         height = _height(cuts, worst, polygon[least])
         if height <= _INSIDE:
-            minus, length = _value(polygon[least], basis)
-            return min(best, (minus + height) / length)
+            for b in range(basis.shape[1]):
+                ray[b] = 0.0
+                for a in range(3):
+                    ray[b] += polygon[least, a] * basis[a, b]
+            return value
         count = _cut(polygon, count, cuts, worst, polygons[1 - side])
         side = 1 - side
     return best
 
 
 @inner
-def _first_polygon(cuts: FloatArray, polygon: FloatArray) -> bool:
-    """Write four points round the lune that two cuts leave; False if all cuts are parallel."""
+def _first_polygon(cuts: FloatArray, polygon: FloatArray) -> None:
+    """Write four points round the lune that two cuts leave."""
     first, second, longest, widest = 0, 0, 0.0, 0.0
     for j in range(cuts.shape[1]):
         square = cuts[0, j] ** 2 + cuts[1, j] ** 2 + cuts[2, j] ** 2
@@ -286,21 +370,18 @@ def _first_polygon(cuts: FloatArray, polygon: FloatArray) -> bool:
             square += (cuts[b, first] * cuts[c, j] - cuts[c, first] * cuts[b, j]) ** 2
         if square > widest:
             second, widest = j, square
-    if widest <= 1e-22:
-        return False
     aa, bb, ab = 0.0, 0.0, 0.0
     for a in range(3):
         aa += cuts[a, first] ** 2
         bb += cuts[a, second] ** 2
         ab += cuts[a, first] * cuts[a, second]
-    length = np.sqrt(widest)
+    length = np.sqrt(max(widest, 1e-300))
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
         polygon[0, a] = (cuts[b, first] * cuts[c, second] - cuts[c, first] * cuts[b, second]) / length
         polygon[1, a] = (ab * cuts[a, first] - aa * cuts[a, second]) / (np.sqrt(aa) * length)
         polygon[2, a] = -polygon[0, a]
         polygon[3, a] = (ab * cuts[a, second] - bb * cuts[a, first]) / (np.sqrt(bb) * length)
-    return True
 
 
 @inner
