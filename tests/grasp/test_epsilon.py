@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from graspbench.grasp import grasp_quality, is_force_closure
 from graspbench.grasp.contact import contact_polytope
 from graspbench.grasp.epsilon import smallest_support
+from graspbench.grasp.wrench import wrench_maps
 from tests.grasp.random_grasps import MODELS, SPACES, measured, random_grasp
 from tests.oracles.wrench_hull import ball_by_hull, ball_by_subsets, closure_by_lp, corner_wrenches
 
@@ -138,3 +139,57 @@ def test_regular_grasps_with_flat_facets_of_many_corners_equal_qhull(count, edge
     quality, closure = measured(grasp, "hard_finger", "spatial", edges=edges)
     assert closure
     assert quality.q3 == pytest.approx(ball_by_hull(contacts, False), abs=1e-9)
+
+
+def _mirrored(rng, count):
+    """Contacts in a box's faces, each one twice or opposite to another."""
+    axis, side = int(rng.integers(3)), 1.0
+    points, inward = np.zeros((count, 3)), np.zeros((count, 3))
+    for k in range(count):
+        if k % 2 == 0:
+            points[k] = rng.choice([-0.5, 0.0, 0.5], 3)
+            axis = int(rng.integers(3))
+        else:
+            points[k] = points[k - 1]
+        side = float(rng.choice([-1.0, 1.0]))
+        points[k, axis], inward[k, axis] = side, -side
+    tangents = np.roll(inward, 1, axis=1)
+    return points, inward, tangents
+
+
+@pytest.mark.parametrize("edges", [4, 6, 8])
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_box_grasps_with_mirrored_and_repeated_contacts_equal_qhull(count, edges):
+    rng = np.random.default_rng(10 * count + edges)
+    for _ in range(12):
+        grasp = _mirrored(rng, count)
+        contacts = corner_wrenches(*grasp, "hard_finger", "spatial", 0.5, edges, 0.2, 1.0)
+        quality, closure = measured(
+            grasp, "hard_finger", "spatial", friction=0.5, edges=edges, torque_length=1.0
+        )
+        expected = ball_by_hull(contacts, False)
+        assert quality.q3 == pytest.approx(expected, abs=1e-9)
+        assert closure == (expected > 1e-9)
+
+
+def test_two_hard_fingers_never_close():
+    rng = np.random.default_rng(11)
+    for edges in (5, 6, 8):
+        for friction in (0.5, 1.0):
+            first = rng.standard_normal(3)
+            points = np.stack([first, -first]) / np.linalg.norm(first)
+            assert not is_force_closure(points, -points, CENTRE, friction=friction, cone_edges=edges)
+            quality = grasp_quality(points, -points, CENTRE, friction=friction, cone_edges=edges)
+            assert quality.q3 == 0.0
+
+
+def test_stopping_early_gives_an_upper_bound():
+    points = np.stack([_ring(3), _ring(3, 2.0)])
+    polytope = contact_polytope("hard_finger", 0.5, 4)
+    maps = wrench_maps(points, -_ring(3)[None].repeat(2, axis=0), CENTRE)
+    wrenches = polytope.vertices @ np.swapaxes(maps, -1, -2)
+    least = smallest_support(wrenches, polytope)
+    for share in (0.5, 0.99, 1.01, 3.0):
+        found = smallest_support(wrenches, polytope, stop_at=share * least.min())
+        assert np.all(found >= least - 1e-12)
+        assert np.all((found == least) | (found <= share * least.min()))
