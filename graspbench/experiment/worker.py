@@ -56,7 +56,8 @@ def start_worker(sweep_process: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_die_with, args=(sweep_process,), daemon=True).start()
-    import graspbench.experiment.trial  # noqa: F401  loads every stage
+    with contextlib.suppress(Exception):  # else workers would be started for ever; the trial will say why
+        import graspbench.experiment.trial  # noqa: F401  loads every stage
 
 
 def _die_with(process: int) -> None:
