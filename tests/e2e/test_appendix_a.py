@@ -7,7 +7,7 @@ import pytest
 @pytest.fixture(scope="module")
 def appendix(cli, tmp_path_factory):
     output = tmp_path_factory.mktemp("appendix")
-    finished = cli("paper", "appendix-a", "planner.rotations=3", "--json", "-o", output)
+    finished = cli("paper", "appendix-a", "--json", "-o", output)
     assert finished.code == 0, finished.stderr
     return {row["object"]: row for row in finished.document["rows"]}, output
 
