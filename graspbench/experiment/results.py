@@ -11,7 +11,7 @@ from graspbench.arrays import FloatArray
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, LocalPlan
+from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp
 from graspbench.reconstruction import Surface
 from graspbench.simulation.execution import ExecutionResult
 
@@ -36,6 +36,17 @@ def global_result(found: GlobalResult) -> dict[str, Any]:
         field.name: getattr(found, field.name) for field in dataclasses.fields(found) if field.name != "grasp"
     }
     return {**values, **(_grasp(found.grasp) if found.grasp is not None else {})}
+
+
+def refined_result(found: RefinedGrasp) -> dict[str, Any]:
+    """Return the grasp to which one measure was climbed from the local one, and how it was found."""
+    left_out = {"grasp", "measure"}
+    values = {
+        field.name: getattr(found, field.name)
+        for field in dataclasses.fields(found)
+        if field.name not in left_out
+    }
+    return {**values, **_grasp(found.grasp)}
 
 
 def measures_result(grasp: Grasp | None, surface: Surface, quality: QualityParameters) -> dict[str, Any]:

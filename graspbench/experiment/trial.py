@@ -17,8 +17,18 @@ from graspbench.experiment.results import (
     object_result,
     ratios,
     reconstruction_result,
+    refined_result,
 )
-from graspbench.planning import FingertipPath, GlobalResult, JointPath, fingertip_paths, plan_global, track
+from graspbench.planning import (
+    FingertipPath,
+    GlobalResult,
+    JointPath,
+    RefinedGrasp,
+    fingertip_paths,
+    plan_global,
+    refine,
+    track,
+)
 from graspbench.record import TrialLog
 from graspbench.simulation.execute import execute
 from graspbench.simulation.execution import ExecutionResult
@@ -52,6 +62,7 @@ def run_trial(
         with clock.stage("record"):
             _record_plan(record, trial)
         best = _plan_global(config, trial, clock)
+        refined = _refine(config, trial, clock)
         with clock.stage("paths"):
             paths, motion = _plan_paths(config, trial)
         with clock.stage("record"):
@@ -59,7 +70,7 @@ def run_trial(
         execution = _execute(config, trial, motion, clock)
 
     with clock.stage("figures_of_merit"):
-        result = _result(config, trial, best, execution)
+        result = _result(config, trial, best, refined, execution)
     with clock.stage("record"):
         if execution is not None:
             record.motion(trial.hand.joint_names, execution.motion)
@@ -88,6 +99,25 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
                 checker=trial.checker,
                 centre_tolerance_m=_centre_tolerance(config, trial),
                 starts=(trial.plan.grasp,),
+            )
+    return found
+
+
+def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, RefinedGrasp]:
+    """Climb each measure from the local grasp, under the constraints of the global search."""
+    if not config.search.refine:
+        return {}
+    found = {}
+    for measure in (measure for measure in config.search.measures if measure != "mirtich_canny"):
+        with clock.stage(f"refine_{measure}"):
+            found[measure] = refine(
+                trial.plan.grasp,
+                trial.surfaces[-1],
+                measure,
+                config.quality,
+                checker=trial.checker,
+                centre_tolerance_m=_centre_tolerance(config, trial),
+                parameters=config.planner.refine,
             )
     return found
 
@@ -125,6 +155,7 @@ def _result(
     config: TrialConfig,
     trial: PlannedTrial,
     best: Mapping[str, GlobalResult],
+    refined: Mapping[str, RefinedGrasp],
     execution: ExecutionResult | None,
 ) -> dict[str, Any]:
     surface, quality = trial.surfaces[-1], config.quality
@@ -139,6 +170,7 @@ def _result(
         "local": local,
         "global": optima,
         "ratio": ratios(local, optima),
+        "refined": {measure: refined_result(found) for measure, found in refined.items()},
         "reconstruction": reconstruction_result(trial),
         "execution": None if execution is None else execution_result(execution),
     }
