@@ -7,7 +7,7 @@ import typer
 
 from graspbench.cli.arguments import Json
 
-_NAMES = ("clik", "quality", "reconstruction")
+_NAMES = ("clik", "global", "quality", "reconstruction")
 
 
 def _complete(incomplete: str) -> list[str]:

@@ -12,6 +12,7 @@ __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 
 BENCHMARKS = {
     "clik": "graspbench.bench.clik",
+    "global": "graspbench.bench.global_search",
     "quality": "graspbench.bench.quality",
     "reconstruction": "graspbench.bench.reconstruction",
 }

@@ -98,6 +98,21 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
 
 
+def reconstructed(config: TrialConfig) -> list[Surface]:
+    """Photograph the simulated object and reconstruct it; nothing is planned.
+
+    Returns:
+        The reconstruction's snapshots, the last one at rest.
+    """
+    from graspbench.simulation import World
+    from graspbench.simulation.capture import capture
+
+    model = load_object(config.object)
+    with World(model, config.scene, config.seed) as world:
+        views = capture(world, config.camera, config.stations, config.seed, config.silhouette)
+    return list(reconstruct(find_silhouettes(views, config.silhouette), config.surface))
+
+
 def _photograph(
     config: TrialConfig, checker: GraspChecker, clock: StageClock, stack: ExitStack
 ) -> tuple[Scene, tuple[View, ...]]:
