@@ -10,43 +10,12 @@ from graspbench.experiment.figures_3 import figures_3
 from graspbench.experiment.paper_result import PaperResult, Say
 from graspbench.experiment.store import (
     SCHEMA_VERSION,
-    ResultStore,
-    results_frame,
     to_json,
     write_atomically,
 )
-from graspbench.experiment.sweep import SweepOptions, plan_sweep, run_sweep
-from graspbench.report import comparison_table, write_table
+from graspbench.experiment.table_3_1 import table_3_1
 
 Experiment = Callable[[Path, Sequence[str], int, Path | None, Say], PaperResult]
-
-# The thesis' two objects first, each with its number of fingers; then the others it names.
-TABLE_3_1_OBJECTS = {"bottle": 4, "teddy": 3, "cylinder": 3, "easter_egg": 3, "glass": 3, "duck": 3}
-
-
-def table_3_1(
-    output: Path, overrides: Sequence[str], jobs: int, config_dir: Path | None, say: Say
-) -> PaperResult:
-    """Local against global for every object, with and without the pull to the centroid (table 3.1)."""
-    store, options = ResultStore(output), SweepOptions(jobs=jobs)
-    trials = []
-    for name, fingers in TABLE_3_1_OBJECTS.items():
-        cell = [f"object={name}", f"hand.fingers={fingers}", "index.k_cm=1,0", *overrides]
-        trials += plan_sweep(cell, store, options, config_dir)
-    for count, result in enumerate(run_sweep(trials, store, options), 1):
-        say(f"{count} {result['trial_id']} {result['object']['name']} {result['status']}")
-    store.write_table()
-    frame = results_frame([found for trial in trials if (found := store.result(trial.config.trial_id))])
-    rows = [_table_row(row) for row in comparison_table(frame)]
-    files = write_table(frame, ("csv", "markdown", "latex"), output / "report")
-    return PaperResult(rows, {"rows": rows}, files)
-
-
-def _table_row(row: Any) -> dict[str, Any]:
-    cells: dict[str, Any] = {"object": row.object, "k_cm": row.k_cm, "fingers": row.fingers}
-    for i, cell in enumerate(row.cells, 1):
-        cells[f"ratio_q{i}"], cells[f"thesis_q{i}"] = cell.ratio, cell.thesis
-    return cells
 
 
 def case_study(

@@ -1,0 +1,181 @@
+"""Local, refined and global grasps of trials beside each other, measure by measure (thesis table 3.1)."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from graspbench.arrays import FloatArray
+from graspbench.planning import grip_geometry
+from graspbench.report.comparison import THESIS_3_1
+from graspbench.report.row_tables import Column, row_tables
+
+MEASURES = ("q1", "q2", "q3")
+REFINED_GOAL = 0.97
+TITLE = "Local against global grasps"
+
+COLUMNS = (
+    Column("object", "object", "object"),
+    Column("fingers", "fingers", "$n_f$", 0),
+    Column("k_cm", "k_cm", "$k_{cm}$", 0),
+    Column("measure", "measure", "measure"),
+    Column("local", "local", "local", 3),
+    Column("refined", "refined", "refined", 3),
+    Column("global", "global", "global", 3),
+    Column("gap", "gap", "gap", 3),
+    Column("optimal", "certified", "cert."),
+    Column("ratio", "local / global", "loc./gl.", 3),
+    Column("thesis", "thesis", "thesis", 3),
+    Column("met", "met", "met"),
+    Column("ratio_refined", "refined / global", "ref./gl.", 3),
+    Column("serial_s", "serial, s", "serial [s]", 2),
+    Column("parallel_s", "parallel, s", "par. [s]", 2),
+    Column("speedup", "serial / parallel", "ser./par.", 1),
+    Column("distance_mm", "distance, mm", "dist. [mm]", 1),
+)
+
+Result = Mapping[str, Any]
+
+
+def comparison_rows(result: Result) -> list[dict[str, Any]]:
+    """Return a trial's rows, one a measure that was searched; none of a trial that failed.
+
+    Args:
+        result: Content of ``result.json``.
+    """
+    if result["status"] != "done":
+        return []
+    return [_row(result, measure) for measure in MEASURES if measure in result["global"]]
+
+
+def contacts(found: Result) -> FloatArray:
+    """Return a grasp's contact points, shape (n_f, 3), m."""
+    return np.array([contact["point"] for contact in found["contacts"]])
+
+
+def contact_distance_m(first: FloatArray, second: FloatArray) -> float:
+    """Return the mean distance of the contacts of two grasps, matched so that it is smallest."""
+    distances = np.linalg.norm(first[:, None] - second[None], axis=-1)
+    return float(distances[linear_sum_assignment(distances)].mean())
+
+
+def is_short(row: Mapping[str, Any]) -> bool:
+    """Tell whether a row falls short of the thesis' ratio, or its refined grasp of what it should reach."""
+    refined = row["ratio_refined"]
+    return row["met"] == "no" or (refined is not None and refined < REFINED_GOAL)
+
+
+def reason(row: Mapping[str, Any], result: Result, span_m: float) -> str:
+    """Say in one sentence how the grasps of a row differ.
+
+    Args:
+        row: One of `comparison_rows`.
+        result: The trial's result.
+        span_m: How far apart the hand reaches at all.
+    """
+    found, local = result["global"][row["measure"].lower()], result["local"]
+    centroid = np.array(local["centroid"])
+    wide, turned, away = zip(*(_shape(contacts(grasp), centroid) for grasp in (found, local)), strict=True)
+    text = (
+        f"the global grasp is {wide[0]:.0f} mm wide (local {wide[1]:.0f}; the hand spans "
+        f"{1e3 * span_m:.0f}), "
+        f"{turned[0]:.0f}° from equilateral (local {turned[1]:.0f}, as its index wants), and its centre is "
+        f"{away[0]:.1f} mm from the centroid (local {away[1]:.1f})"
+    )
+    if row["ratio_refined"] is not None and row["ratio_refined"] < REFINED_GOAL:
+        gap = contact_distance_m(contacts(result["refined"][row["measure"].lower()]), contacts(found))
+        text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
+    if not row["optimal"]:
+        text += f"; the optimum is known within {100 * row['gap']:.0f} % only"
+    return text[0].upper() + text[1:] + "."
+
+
+def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what the rows say in all."""
+    ratios = [row["ratio"] for row in rows if row["ratio"] is not None]
+    refined = [row["ratio_refined"] for row in rows if row["ratio_refined"] is not None]
+    thesis = [row for row in rows if row["thesis"] is not None]
+    return {
+        "mean_ratio": float(np.mean(ratios)) if ratios else None,
+        "mean_ratio_refined": float(np.mean(refined)) if refined else None,
+        "thesis_cells": len(thesis),
+        "thesis_cells_met": sum(row["met"] == "yes" for row in thesis),
+        "refined_cells": len(refined),
+        "refined_cells_met": sum(value >= REFINED_GOAL for value in refined),
+        "certified_cells": sum(bool(row["optimal"]) for row in rows),
+        "cells": len(rows),
+    }
+
+
+def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -> dict[str, str]:
+    """Return the whole table as file contents by file name, with what it says in all below it."""
+    told = summary(rows)
+    sentences = [
+        "Each measure's global optimum against the local grasp evaluated with the same measure, and against "
+        "that grasp after ascent of the measure.",
+        f"Mean local / global {_percent(told['mean_ratio'])}, refined / global "
+        f"{_percent(told['mean_ratio_refined'])}; {told['thesis_cells_met']} of {told['thesis_cells']} cells "
+        f"reach the thesis' ratio, {told['refined_cells_met']} of {told['refined_cells']} refined ones "
+        f"{REFINED_GOAL:g}; {told['certified_cells']} of {told['cells']} optima certified.",
+        "Serial: reconstruction, then global search, which knows the local grasp. "
+        "Parallel: reconstruction and local planner together.",
+        *notes,
+    ]
+    shown = [{**row, "optimal": "yes" if row["optimal"] else "no"} for row in rows]
+    tables = row_tables(shown, COLUMNS, TITLE, sentences, "tab:local-global")
+    tables["table.tex"] = tables["table.tex"].replace(
+        r"\centering\footnotesize", r"\centering\scriptsize\setlength{\tabcolsep}{2.5pt}"
+    )
+    return tables
+
+
+def _row(result: Result, measure: str) -> dict[str, Any]:
+    local, found = result["local"], result["global"][measure]
+    refined = result.get("refined", {}).get(measure)
+    gain, name = result["index"].get("k_cm"), result["object"]["name"]
+    known = "contacts" in found and found["value"] > 0
+    ratio = local[measure] / found["value"] if known else None
+    thesis = _thesis_ratio(gain, name, result["index"]["name"], measure)
+    serial_s = local["reconstruction_time_s"] + found["time_s"]
+    return {
+        "object": name,
+        "fingers": result["hand"]["fingers"],
+        "k_cm": gain,
+        "measure": measure.upper(),
+        "local": local[measure],
+        "refined": refined["value"] if refined else None,
+        "global": found["value"] if known else None,
+        "upper_bound": found["upper_bound"],
+        "gap": found["gap"],
+        "optimal": found["optimal"],
+        "ratio": ratio,
+        "thesis": thesis,
+        "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
+        "ratio_refined": refined["value"] / found["value"] if refined and known else None,
+        "reconstruction_s": local["reconstruction_time_s"],
+        "search_s": found["time_s"],
+        "serial_s": serial_s,
+        "parallel_s": local["time_s"],
+        "speedup": serial_s / local["time_s"],
+        "distance_mm": 1e3 * contact_distance_m(contacts(local), contacts(found)) if known else None,
+        "trial_id": result["trial_id"],
+    }
+
+
+def _thesis_ratio(gain: float | None, name: str, index: str, measure: str) -> float | None:
+    if gain not in (0.0, 1.0) or index != "force_field" or (int(gain), name) not in THESIS_3_1:
+        return None
+    local, best = THESIS_3_1[int(gain), name][MEASURES.index(measure)]
+    return local / best
+
+
+def _shape(points: FloatArray, centroid: FloatArray) -> tuple[float, float, float]:
+    """Return a grasp's width (mm), how far it is from equilateral (deg) and off the centroid (mm)."""
+    wide = np.linalg.norm(points[:, None] - points[None], axis=-1).max()
+    away = np.linalg.norm(points.mean(axis=0) - centroid)
+    return 1e3 * float(wide), grip_geometry(points, centroid).equilateral_error_deg, 1e3 * float(away)
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
