@@ -1,4 +1,4 @@
-"""Climbing one measure over the surface's contours, under a hand's constraints."""
+"""One measure of many grasps at a time, evaluated only as far as needed."""
 
 from collections.abc import Callable
 
@@ -99,43 +99,3 @@ class Measure:
             wrench_space=self.quality.wrench_space,
             torque_length=self.torque_length_m,
         )
-
-
-def climb(
-    start: IntArray, value: float, measure: Measure, allowed: Callable[[IntArray], bool]
-) -> tuple[IntArray, float, int]:
-    """Move one contact at a time to the best allowed neighbour until none is better.
-
-    Args:
-        start: An allowed grasp, shape (n_f,).
-        value: Its measure.
-        measure: What is climbed.
-        allowed: Whether a grasp meets all constraints; asked only of grasps that are better.
-
-    Returns:
-        The grasp at the top, its measure, and how many grasps were evaluated.
-    """
-    network, evaluated = measure.surface.network, 0
-    here = start
-    while True:
-        around = [_moved(here, i, int(b)) for i in range(len(here)) for b in network.contour(int(here[i]))]
-        neighbours = np.stack([nodes for nodes in around if len(set(nodes.tolist())) == len(nodes)])
-        bounds = measure.bounds(neighbours)
-        evaluated += len(neighbours)
-        step: tuple[float, IntArray] | None = None
-        for k in np.argsort(-bounds, kind="stable"):
-            floor = value if step is None else step[0]
-            if bounds[k] <= floor * (1.0 + 1e-12):
-                break
-            found = measure.value(neighbours[k], floor)
-            if found > floor * (1.0 + 1e-12) and allowed(neighbours[k]):
-                step = (found, neighbours[k])
-        if step is None:
-            return here, value, evaluated
-        value, here = step
-
-
-def _moved(vertices: IntArray, contact: int, node: int) -> IntArray:
-    moved = vertices.copy()
-    moved[contact] = node
-    return moved

@@ -7,9 +7,8 @@ import pytest
 
 from graspbench.errors import ConfigurationError
 from graspbench.grasp import Grasp, QualityParameters, grasp_quality
-from graspbench.grasp.closure import force_closure
 from graspbench.planning import SearchParameters, plan_global
-from graspbench.planning.ascent import Measure, climb
+from graspbench.planning.ascent import Measure
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.merit import best_first, merit_of, quality_of
 from tests.planning.shapes import ellipsoid
@@ -209,24 +208,3 @@ def test_grasps_come_in_the_order_of_their_exact_merits():
     assert sorted(k for k, _ in order) == list(range(60))
     assert [merit for _, merit in order] == pytest.approx(sorted(exact, reverse=True))
     assert all(merit == pytest.approx(exact[k]) for k, merit in order)
-
-
-def test_a_climb_ends_where_no_allowed_neighbour_is_better():
-    surface = ellipsoid((0.03, 0.035, 0.05), meridians=16, parallels=15)
-    measure = Measure("q1", surface, QUALITY)
-    start = np.array([40, 120, 200])
-
-    def allowed(nodes):
-        return force_closure(
-            surface.points[nodes], -surface.normals[nodes], surface.centroid, QUALITY, measure.torque_length_m
-        )
-
-    top, value, evaluated = climb(start, measure.value(start), measure, allowed)
-    assert evaluated > 0
-    assert value >= measure.value(start)
-    for i in range(3):
-        for node in surface.network.contour(int(top[i])):
-            moved = top.copy()
-            moved[i] = node
-            if len(set(moved.tolist())) == 3 and allowed(moved):
-                assert measure.value(moved) <= value * (1 + 1e-9)
