@@ -4,6 +4,7 @@ from itertools import permutations
 
 import numpy as np
 import trimesh
+from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
@@ -24,6 +25,7 @@ REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 25, 10
 GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH = 0.5
+SINK_M = 5e-5  # of a tip between the object's points; between them it may sink a little deeper
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
 COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
@@ -33,8 +35,8 @@ BITS = np.array([1, 2, 4, 8, 16, 32])
 class GraspChecker:
     """Decides whether a hand with a floating wrist reaches given contacts, and how.
 
-    The ground and the object's surface are obstacles. The checker holds no other state: the same
-    question has the same answer, whatever was asked before.
+    The ground and the object's surface are obstacles. The same question has the same answer, whatever was
+    asked before; only the last failure is remembered, for whoever asks its reason.
 
     Args:
         hand: The hand.
@@ -69,6 +71,8 @@ class GraspChecker:
         """Set the points of the object's surface that palm and links must keep clear of, shape (m, 3)."""
         found = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float)
         self._obstacle = np.ascontiguousarray(found.reshape(-1, 3))
+        self._near = cKDTree(self._obstacle) if len(self._obstacle) else None
+        self._failure: tuple[bytes, int, HandPosture] | None = None
         # Fewer points guide the search; all of them judge its result.
         stride = max(1, -(-len(self._obstacle) // GUIDE_POINTS))
         self._guide = np.ascontiguousarray(self._obstacle[::stride])
@@ -119,8 +123,10 @@ class GraspChecker:
         """Say in one clause why ``place`` returns None for these contacts; empty if it does not."""
         task = self._task(points, normals)
         gaps = np.linalg.norm(task.points[:, None] - task.points[None, :], axis=2)
-        if not np.all(self.vertex_mask(task.points, task.normals)):
+        if not np.all(self._above_ground(task.points, task.normals)):
             return "a fingertip would hit the ground"
+        if not np.all(self._outside_object(task.points, task.normals)):
+            return "a fingertip would sink into the object beside its contact"
         if gaps.max() > self.pair_limit_m:
             return (
                 f"the contacts are {gaps.max() * 1e3:.0f} mm apart, too wide for the hand "
@@ -142,12 +148,25 @@ class GraspChecker:
         return next(clause for bit, clause in clauses.items() if bits & bit)
 
     def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        """Tell which contacts a fingertip can touch without hitting the ground (necessary), shape (n,)."""
+        """Tell which contacts a fingertip can touch at all (necessary), shape (n,).
+
+        It must not hit the ground, nor sink into the object beside the contact, as it would in a crease.
+        """
         points, normals = np.asarray(points, dtype=float), np.asarray(normals, dtype=float)
+        return self._above_ground(points, normals) & self._outside_object(points, normals)
+
+    def _above_ground(self, points: FloatArray, normals: FloatArray) -> BoolArray:
         if self.ground_height_m is None:
             return np.ones(len(points), dtype=np.bool_)
         lowest = points[:, 2] + self.hand.tip_radius_m * (normals[:, 2] - 1.0)
         return np.asarray(lowest >= self.ground_height_m + self.margins.ground_m)
+
+    def _outside_object(self, points: FloatArray, normals: FloatArray) -> BoolArray:
+        if self._near is None:
+            return np.ones(len(points), dtype=np.bool_)
+        radius = self.hand.tip_radius_m
+        gaps, _ = self._near.query(points + radius * normals, distance_upper_bound=radius - SINK_M)
+        return np.isinf(gaps)
 
     def _task(self, points: FloatArray, normals: FloatArray) -> Task:
         points = np.ascontiguousarray(points, dtype=float)
@@ -177,6 +196,9 @@ class GraspChecker:
 
     def _cold(self, task: Task) -> tuple[int, HandPosture]:
         """Try several starts: the first posture comfortable enough, or the most comfortable one."""
+        asked = task.points.tobytes() + task.normals.tobytes()
+        if self._failure is not None and self._failure[0] == asked:
+            return self._failure[1:]
         grounded = self.ground_height_m is not None
         poses, fingers = rank_starts(
             approach_directions(task.points, task.normals, grounded),
@@ -197,6 +219,8 @@ class GraspChecker:
             if best[0] and best[1] >= GOOD_ENOUGH:
                 break
         assert best is not None
+        if best[2]:
+            self._failure = (asked, best[2], best[3])
         return best[2], best[3]
 
     def _warm(self, task: Task, start: HandPosture) -> HandPosture | None:
@@ -234,8 +258,9 @@ class GraspChecker:
         steps = COLD_STEPS if cold else WARM_STEPS
         improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, rough, True, steps)
         quantities = self._settle(task, fingers, pose, joints)
-        clearances = np.empty(3)
-        measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
+        clearances = np.zeros(3)
+        if quantities[0] <= TIP_TOLERANCE_M:
+            measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
         measured = np.array([quantities[1], quantities[2], *clearances])
         failed = np.array([quantities[0] > TIP_TOLERANCE_M, *(measured < self._margins)])
         score = float(np.min(measured / COMFORT)) if not failed[0] else -float(quantities[0])

@@ -18,6 +18,7 @@ from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Sh
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 
 CLEARANCE_CAP_M = 0.05
+OBJECT_CAP_M = 0.01  # more room to the object never decides
 EVERY_FINGER: Any = np.int64(-1)  # a plain -1 would be a type of its own to the compiler
 INSIDE_M = 1e-9  # a point this near to a core is inside, but for rounding
 
@@ -225,7 +226,8 @@ def measure_clearances(
         pose: Pose of the palm frame in the world, shape (3, 4).
         joints: Joints by finger, shape (f, k).
         system: Work space.
-        out: Output: clearances to ground, hand and object, at most ``CLEARANCE_CAP_M``, shape (3,).
+        out: Output: clearances to ground and hand, at most ``CLEARANCE_CAP_M``, and to the object, at most
+            ``OBJECT_CAP_M``, shape (3,).
     """
     poses = system.poses
     place_hand(chains, shapes, joints, system.frames, system.tips, poses)
@@ -233,7 +235,7 @@ def measure_clearances(
     if task.limits[HEIGHT] > -np.inf:
         out[0] = ground_clearance(shapes, poses, pose, task.limits[HEIGHT], EVERY_FINGER, CLEARANCE_CAP_M)
     out[1] = hand_clearance(shapes, poses, EVERY_FINGER, CLEARANCE_CAP_M)
-    out[2] = CLEARANCE_CAP_M
+    out[2] = OBJECT_CAP_M
     points_to_palm(pose, task.obstacle, system.obstacle)
     for s in range(poses.shape[0]):
         if shapes.index[s, IS_TIP] == 1:

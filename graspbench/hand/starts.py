@@ -1,5 +1,7 @@
 """Where a search for a posture starts: wrist poses that nearly fit, best guesses first."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
@@ -23,29 +25,36 @@ def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool)
     Returns:
         Unit vectors, shape (d, 3).
     """
-    found: list[FloatArray] = []
+    own: list[FloatArray] = []
     gaps = points - points.mean(axis=0)
-    area = np.cross(gaps, np.roll(gaps, -1, axis=0)).sum(axis=0)
+    area = np.cross(gaps, gaps[np.arange(len(gaps)) - len(gaps) + 1]).sum(axis=0)
     length = float(np.linalg.norm(area))
     if length > 1e-8:
         plane = -area / length if area[2] > 0.0 else area / length
-        found += [plane, -plane]
-    found.append(np.array([0.0, 0.0, -1.0]))
+        own += [plane, -plane]
+    own.append(np.array([0.0, 0.0, -1.0]))
     mean = normals.mean(axis=0)
     length = float(np.linalg.norm(mean))
     if length > 0.15:
-        found.append(-mean / length)
-    for tilt in np.radians(TILTS_DEG):
-        for turn in np.arange(6) * np.pi / 3 + tilt:
-            found.append(np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)]))
-    if not grounded:
-        found.append(np.array([0.0, 0.0, 1.0]))
-    kept: list[FloatArray] = []
-    for direction in found:
-        from_below = grounded and direction[2] > 0.35
-        if not from_below and not any(direction @ other > 0.985 for other in kept):
-            kept.append(direction)
-    return np.array(kept)
+        own.append(-mean / length)
+    tilted = _tilted_directions()
+    found = np.concatenate((own, tilted if grounded else np.vstack((tilted, [0.0, 0.0, 1.0]))))
+    if grounded:
+        found = found[found[:, 2] <= 0.35]
+    alike = (found @ found.T > 0.985).tolist()
+    kept: list[int] = []
+    for i, row in enumerate(alike):
+        if not any(row[j] for j in kept):
+            kept.append(i)
+    return np.asarray(found[kept])
+
+
+@lru_cache(maxsize=1)
+def _tilted_directions() -> FloatArray:
+    """Return directions from above to the sides, shape (18, 3)."""
+    tilt = np.repeat(np.radians(TILTS_DEG), 6)
+    turn = np.tile(np.arange(6) * np.pi / 3, len(TILTS_DEG)) + tilt
+    return np.column_stack((np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)))
 
 
 def rank_starts(

@@ -74,18 +74,23 @@ def _flatten(points: FloatArray, centroid: FloatArray, flat: FloatArray, centre:
 def potential(points: FloatArray, centroid: FloatArray, k: FloatArray, radius: float) -> float:
     """Return the potential of contacts of shape (n_f, 3), barrier left out, J."""
     n_f = points.shape[0]
-    flat, centre = np.empty((n_f, 3)), np.empty(3)
-    normal = _flatten(points, centroid, flat, centre)
-    angles = np.empty(n_f)
-    next_angles(flat, centre, normal, angles)
-    value = 0.0
-    for a in range(3):
-        value += 0.5 * n_f * k[1] * (centroid[a] - centre[a]) ** 2
+    plane = fit_plane(points, centroid)
+    normal, mean = plane[0], plane[1]
+    x, y, z = normal[0], normal[1], normal[2]
+    offset = (centroid[0] - mean[0]) * x + (centroid[1] - mean[1]) * y + (centroid[2] - mean[2]) * z
+    value = 0.5 * n_f * k[1] * offset * offset
+    # Contacts from the projected centroid: what is along the normal is taken off the products below.
+    j = n_f - 1
+    ax, ay, az = points[j, 0] - centroid[0], points[j, 1] - centroid[1], points[j, 2] - centroid[2]
+    height = ax * x + ay * y + az * z
     for i in range(n_f):
-        square = 0.0
-        for a in range(3):
-            value += 0.5 * k[0] * (points[i, a] - flat[i, a]) ** 2
-            square += (flat[i, a] - centre[a]) ** 2
-        error = angles[i] - 2.0 * np.pi / n_f
+        bx, by, bz = points[i, 0] - centroid[0], points[i, 1] - centroid[1], points[i, 2] - centroid[2]
+        rise = bx * x + by * y + bz * z
+        sine = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+        angle = np.arctan2(sine, ax * bx + ay * by + az * bz - height * rise)
+        error = (angle if angle >= 0.0 else angle + 2.0 * np.pi) - 2.0 * np.pi / n_f
+        square = max(0.0, bx * bx + by * by + bz * bz - rise * rise)
+        value += 0.5 * k[0] * (rise + offset) ** 2
         value += 0.25 * radius * k[2] * error * error - k[3] * np.sqrt(square)
-    return value
+        ax, ay, az, height = bx, by, bz, rise
+    return float(value)

@@ -259,9 +259,7 @@ class _Search:
 
     def _try_best_first(self, surface: Surface, starts: list[InitialGrasp], found: list[_Candidate]) -> None:
         """Follow first grasps without the hand, then let the hand try the best local optima."""
-        allowed = np.ones(len(surface.points), dtype=np.bool_)
-        if self._checker is not None:
-            allowed = self._checker.vertex_mask(surface.points, surface.normals)
+        allowed = self._allowed(surface)
         optima = screen(self._index, surface, starts, allowed, self._planner.max_moves)
         tried_before, enough = self.tried, len(found) + self._planner.candidates
         seen: set[tuple[int, ...]] = set()
@@ -322,10 +320,11 @@ class _Search:
     def _start(self, surface: Surface) -> None:
         """Choose the first grasp: in the best plane where the hand holds one, else in the best plane."""
         self._planes = initial_grasps(surface, self._n_f, self._planner.rotations)
+        allowed = self._allowed(surface)
         for plane in self._planes:
             self._seen.append(plane)
             for grasp in plane:
-                if self._holds(surface, grasp.vertices):
+                if np.all(allowed[grasp.vertices]) and self._holds(surface, grasp.vertices):
                     return self._lead_with(grasp)
         options = [grasp for plane in self._seen for grasp in plane]
         if not options:
@@ -337,6 +336,12 @@ class _Search:
     def _lead_with(self, grasp: InitialGrasp) -> None:
         self._lead_initial = grasp
         self._lead = Track(grasp.vertices)
+
+    def _allowed(self, surface: Surface) -> BoolArray:
+        """Tell which nodes a fingertip can touch at all, shape (n_s,)."""
+        if self._checker is None:
+            return np.ones(len(surface.points), dtype=np.bool_)
+        return self._checker.vertex_mask(surface.points, surface.normals)
 
     def _holds(self, surface: Surface, vertices: IntArray) -> bool:
         if self._checker is None:

@@ -5,7 +5,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from graspbench.hand.collision import measure_clearances
+from graspbench.hand.collision import OBJECT_CAP_M, measure_clearances
 from graspbench.hand.shapes import BOUND, FINGER, KIND, LINK, PALM, RADIUS
 from graspbench.hand.task import Task, make_system
 
@@ -88,7 +88,7 @@ def test_clearance_to_object_points_is_the_smallest_signed_distance(hand):
     for _ in range(40):
         cloud = rng.uniform((-0.1, -0.1, -0.05), (0.1, 0.1, 0.15), (30, 3))
         local = (cloud - POSE[:, 3]) @ POSE[:, :3]
-        expected = 0.05
+        expected = OBJECT_CAP_M
         for s in range(len(shapes.index)):
             if shapes.index[s, 3] == 1:
                 continue

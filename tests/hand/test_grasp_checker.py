@@ -186,3 +186,29 @@ def test_pair_limit_bounds_every_pair_of_tips(hand):
         widest = max(widest, np.linalg.norm(tips[:, None] - tips[None], axis=2).max())
     assert widest <= limit
     assert limit < 1.5 * widest
+
+
+@pytest.mark.parametrize(("depth", "free"), [(-1e-3, True), (-1e-5, True), (1e-4, False), (3e-3, False)])
+def test_a_tip_must_not_sink_into_the_object_beside_its_contact(radial, depth, free):
+    checker = GraspChecker(radial, None)
+    points, normals = np.array([[0.03, 0.0, 0.05], [-0.03, 0.0, 0.05]]), np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+    aside = np.array([0.6, 0.8, 0.0])
+    wall = points[0] + radial.tip_radius_m * normals[0] + (radial.tip_radius_m - depth) * aside
+    checker.set_object(np.vstack((points, wall)))
+    np.testing.assert_array_equal(checker.vertex_mask(points, normals), [free, True])
+    if not free:
+        assert checker.place(points, normals) is None
+        assert "sink into the object" in checker.reason(points, normals)
+
+
+def test_the_reason_of_a_failure_is_that_of_the_object_set_last(radial):
+    checker = GraspChecker(radial, 0.0)
+    points = np.array([[0.03, 0.0, 0.06], [-0.015, 0.026, 0.06], [-0.015, -0.026, 0.06]])
+    normals = (points - points.mean(axis=0)) / 0.03
+    assert checker.place(points, normals) is not None
+    ball = np.random.default_rng(0).standard_normal((4000, 3))
+    checker.set_object(points.mean(axis=0) + 0.15 * ball / np.linalg.norm(ball, axis=1)[:, None])
+    assert checker.place(points, normals) is None
+    assert checker.reason(points, normals) != ""
+    checker.set_object(None)
+    assert checker.reason(points, normals) == ""
