@@ -143,7 +143,7 @@ def _explain(config: TrialConfig, result: Mapping[str, Any], rows: Rows, folder:
         title = f"{_case(config)}, {row['measure']}: local / global {row['ratio']:.2f}"
         if row["thesis"] is not None:
             title += f" (thesis {row['thesis']:.2f})"
-        draw_grasps(surface, labels, folder / row["picture"], title.replace("_", " "), row["reason"])
+        draw_grasps(surface, labels, folder / row["picture"], title, row["reason"])
 
 
 def _grasp(found: Mapping[str, Any], surface: Surface) -> Grasp:

@@ -86,7 +86,7 @@ def reason(row: Mapping[str, Any], result: Result, span_m: float) -> str:
     if row["ratio_refined"] is not None and row["ratio_refined"] < REFINED_GOAL:
         gap = contact_distance_m(contacts(result["refined"][row["measure"].lower()]), contacts(found))
         text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
-    if not row["optimal"]:
+    if not row["optimal"] and row["gap"] is not None:
         text += f"; the optimum is known within {100 * row['gap']:.0f} % only"
     return text[0].upper() + text[1:] + "."
 
