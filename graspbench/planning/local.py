@@ -27,6 +27,8 @@ from graspbench.planning.settling import Placer, Settler, Track, settle
 from graspbench.reconstruction.surface import Surface
 
 NOT_CLOSED = "not force closure"
+TRIES_ONCE_FOUND, MOST_TRIES = 40, 120
+"""Local optima of one batch that the hand tries at most: when some are grasps, and when none is."""
 
 
 class Checker(Placer, Protocol):
@@ -261,10 +263,12 @@ class _Search:
         """Follow first grasps without the hand, then let the hand try the best local optima."""
         allowed = self._allowed(surface)
         optima = screen(self._index, surface, starts, allowed, self._planner.max_moves)
+        tracks_before = len(self.tracks)
         tried_before, enough = self.tried, len(found) + self._planner.candidates
         seen: set[tuple[int, ...]] = set()
         for rank in self._ranked(surface, [optimum.vertices for optimum in optima]):
-            if len(found) == enough:
+            most = TRIES_ONCE_FOUND if found else MOST_TRIES
+            if len(found) == enough or len(self.tracks) - tracks_before >= most:
                 break
             rough, before = optima[rank], len(found)
             for optimum in (polish(self._index, surface, rough, allowed, self._planner.max_moves), rough):

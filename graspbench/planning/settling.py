@@ -11,6 +11,9 @@ from graspbench.planning.barrier import MoveFinder
 from graspbench.planning.index import Index, Moves
 from graspbench.reconstruction.surface import Surface
 
+MOST_REFUSED = 8
+"""Configurations refused by the hand on one walk after which it ends: a search in vain costs most."""
+
 
 class Placer(Protocol):
     """The part of a grasp checker that the planner moves with."""
@@ -98,12 +101,15 @@ class _Walk:
         self.banned: set[tuple[int, int]] = set()
         self.careful = False
         self.placed_at = 0
+        self.refused = 0
 
     def run(self) -> None:
         track, settler = self.track, self.settler
         track.via.append((self.surface, track.vertices))
         track.posture = self._place(track.vertices)
         for _ in range(settler.max_moves):
+            if self.refused >= MOST_REFUSED:
+                break
             moves = settler.finder.moves(self.surface, track.vertices, track.posture)
             proposed = settler.index.propose(self.surface, track.vertices, self._without_banned(moves))
             track.evaluations += 1
@@ -158,6 +164,8 @@ class _Walk:
         track = self.track
         for step in range(len(self.path) - 2, -1, -1):
             known = step == self.placed_at and track.posture is not None
+            if not known and self.refused >= MOST_REFUSED:
+                continue
             posture = track.posture if known else self._place(self.path[step])
             if posture is not None:
                 track.vertices, track.posture = self.path[step], posture
@@ -175,7 +183,9 @@ class _Walk:
         if self.settler.placer is None:
             return None
         points, normals = self.surface.points[vertices], self.surface.normals[vertices]
-        return self.settler.placer.place(points, normals, start=self.track.posture)
+        posture = self.settler.placer.place(points, normals, start=self.track.posture)
+        self.refused += posture is None
+        return posture
 
     def _is_placed(self) -> bool:
         return self.settler.placer is None or (
