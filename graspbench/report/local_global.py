@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from graspbench.arrays import FloatArray
 from graspbench.planning import grip_geometry
 from graspbench.report.comparison import THESIS_3_1
-from graspbench.report.row_tables import Column, row_tables
+from graspbench.report.row_tables import Column, row_tables, rows_latex
 
 MEASURES = ("q1", "q2", "q3")
 REFINED_GOAL = 0.97
@@ -19,7 +19,7 @@ COLUMNS = (
     Column("object", "object", "object"),
     Column("fingers", "fingers", "$n_f$", 0),
     Column("k_cm", "k_cm", "$k_{cm}$", 0),
-    Column("measure", "measure", "measure"),
+    Column("measure", "measure", ""),
     Column("local", "local", "local", 3),
     Column("refined", "refined", "refined", 3),
     Column("global", "global", "global", 3),
@@ -29,11 +29,13 @@ COLUMNS = (
     Column("thesis", "thesis", "thesis", 3),
     Column("met", "met", "met"),
     Column("ratio_refined", "refined / global", "ref./gl.", 3),
-    Column("serial_s", "serial, s", "serial [s]", 2),
+    Column("serial_s", "serial, s", "ser. [s]", 2),
     Column("parallel_s", "parallel, s", "par. [s]", 2),
     Column("speedup", "serial / parallel", "ser./par.", 1),
-    Column("distance_mm", "distance, mm", "dist. [mm]", 1),
+    Column("distance_mm", "distance, mm", "mm", 1),
 )
+
+_NOT_IN_LATEX = ("optimal", "met", "speedup")  # follow from the others; a page is narrow
 
 Result = Mapping[str, Any]
 
@@ -124,8 +126,10 @@ def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -
     ]
     shown = [{**row, "optimal": "yes" if row["optimal"] else "no"} for row in rows]
     tables = row_tables(shown, COLUMNS, TITLE, sentences, "tab:local-global")
+    narrow = [column for column in COLUMNS if column.key not in _NOT_IN_LATEX]
+    tables["table.tex"] = rows_latex(shown, narrow, TITLE, sentences, "tab:local-global")
     tables["table.tex"] = tables["table.tex"].replace(
-        r"\centering\footnotesize", r"\centering\scriptsize\setlength{\tabcolsep}{2.5pt}"
+        r"\centering\footnotesize", r"\centering\scriptsize\setlength{\tabcolsep}{2pt}"
     )
     return tables
 
