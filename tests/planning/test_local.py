@@ -7,11 +7,13 @@ from graspbench.errors import PlanningError
 from graspbench.grasp.closure import force_closure
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand import GraspChecker, HandParameters, load_hand
+from graspbench.planning.barrier import FreeMoves
 from graspbench.planning.grip_plane import grip_geometry
 from graspbench.planning.index import make_index
 from graspbench.planning.indices.force_field import ForceFieldParameters
 from graspbench.planning.local import plan_local
 from graspbench.planning.parameters import PlannerParameters
+from graspbench.planning.settling import MOST_REFUSED, Settler, Track, settle
 from tests.planning.shapes import ellipsoid, lifted, radial, shrinking
 
 QUALITY = QualityParameters()
@@ -185,6 +187,20 @@ def test_goes_back_to_where_the_hand_could_follow():
     found = plan(shrinking(surface, steps=3), index=climbing, checker=Refusing(low))
     assert low(found.grasp.points)
     assert reachable[found.grasp.vertices].all()
+
+
+def test_a_walk_asks_the_hand_in_vain_a_few_times_only():
+    surface, asked = radial(waved), []
+
+    def refuse(points):
+        asked.append(points)
+        return False
+
+    track = Track(np.array([0, 1, 2]))
+    settler = Settler(field(), FreeMoves(), Refusing(refuse), max_moves=500, wrist_moves=1)
+    assert not settle(track, surface, settler)
+    assert track.moves > 0
+    assert MOST_REFUSED <= len(asked) <= MOST_REFUSED + 1
 
 
 @pytest.fixture(scope="module")
