@@ -178,7 +178,7 @@ def results_frame(results: list[dict[str, Any]]) -> "pd.DataFrame":
     """Turn results into one row a trial with dotted column names; arrays are left to the files."""
     import pandas as pd  # only tables need it, and it is slow to load
 
-    rows = [dict(_columns(result)) for result in results]
+    rows = [_columns(result) for result in results]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     return pd.DataFrame(rows, columns=columns)
 
@@ -223,9 +223,16 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def _columns(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _columns(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a result that are no arrays by their dotted names, in the result's order."""
+    row: dict[str, Any] = {}
+    _fill_columns(row, tree, "")
+    return row
+
+
+def _fill_columns(row: dict[str, Any], tree: Mapping[str, Any], prefix: str) -> None:
     for key, value in tree.items():
-        if isinstance(value, Mapping):
-            yield from _columns(value, f"{prefix}{key}.")
+        if isinstance(value, dict):  # JSON knows no other mapping, and asking for any is slow
+            _fill_columns(row, value, f"{prefix}{key}.")
         elif not isinstance(value, list):
-            yield f"{prefix}{key}", value
+            row[prefix + key] = value
