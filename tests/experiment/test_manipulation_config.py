@@ -18,7 +18,8 @@ def test_defaults_are_a_trial_and_three_sections():
     assert config.motion.name == "screw"
     assert config.contact.kind == "rolling"
     assert set(config.clik.tasks) == {"joint_limit", "manipulability", "joint_centring"}
-    plain = load_config()
+    assert config.hand.margins.joint == 0.1
+    plain = load_config(["hand.margins.joint=0.1"])
     assert {key: config.tree[key] for key in plain.tree} == plain.tree
 
 

@@ -75,7 +75,7 @@ def test_aggregate_by_short_names():
 
 def test_unknown_column_or_statistic_is_named():
     trials = pd.DataFrame({"object.name": ["a"], "x": [1.0]})
-    with pytest.raises(ConfigurationError, match=r"no column 'hand'.*object\.name, x"):
+    with pytest.raises(ConfigurationError, match="no column 'hand'"):
         aggregate(trials, ["hand"], ["x"], ["mean"])
     with pytest.raises(ConfigurationError, match="unknown statistic 'mode'"):
         aggregate(trials, ["object"], ["x"], ["mode"])
