@@ -40,7 +40,10 @@ def test_every_module_and_yaml_file_of_the_tree_is_in_the_wheel(unpacked):
     wanted = set()
     for name in tracked:
         top, rest = name.split("/", 1)
-        if name.endswith((".py", ".yaml", ".typed", ".js", ".css", ".html", ".json")) and (ROOT / name).is_file():
+        if (
+            name.endswith((".py", ".yaml", ".typed", ".js", ".css", ".html", ".json"))
+            and (ROOT / name).is_file()
+        ):
             wanted.add(f"{folders[top]}/{rest}")
     there = {str(path.relative_to(unpacked)) for path in unpacked.rglob("*") if path.is_file()}
     assert wanted - there == set()
