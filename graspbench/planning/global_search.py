@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import comb
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.search.climb import climb, sampled_grasps
-from graspbench.planning.search.engine import Progress, branch_and_bound, combinations_count
+from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import Objective, make_objective
 from graspbench.reconstruction.surface import Surface
@@ -155,7 +156,7 @@ def plan_global(
         out_of_time=lambda: time.perf_counter() - begin > search.time_limit_s,
         start=progress,
     )  # fmt: skip
-    return _result(progress, referee, combinations_count(len(surface.points), n_f), begin)
+    return _result(progress, referee, comb(len(surface.points), n_f), begin)
 
 
 class _Referee:

@@ -62,7 +62,6 @@ def test_configuration_reference_is_in_step(cli):  # noqa: F811
 
 
 def test_site_builds_without_a_warning(tmp_path):
-    pytest.importorskip("sphinx")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(DOCS), str(tmp_path / "site")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

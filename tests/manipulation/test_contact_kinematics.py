@@ -1,4 +1,5 @@
 import numpy as np
+import pinocchio
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -148,7 +149,6 @@ def test_planar_reduction_is_the_spatial_system_restricted():
 
 
 def test_kinematics_agree_with_pinocchio():
-    pinocchio = pytest.importorskip("pinocchio")
     model = pinocchio.buildSampleModelManipulator()
     names = [model.frames[-1].name]
     system = ManipulationSystem(tree_from_pinocchio(model, names), [Contact(charts.plane(), "hard")])

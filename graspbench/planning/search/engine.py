@@ -4,7 +4,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from math import comb
 
 import numpy as np
 
@@ -30,7 +29,6 @@ class Progress:
         tuple: Its leaves, shape (n_f,); None while there is none.
         upper_bound: No grasp, accepted or not seen yet, is better.
         evaluated: Grasps whose measure was computed.
-        opened: Tuples of clusters that were bounded.
         finished: Whether nothing is left that could be better.
     """
 
@@ -38,7 +36,6 @@ class Progress:
     tuple: IntArray | None
     upper_bound: float
     evaluated: int = 0
-    opened: int = 0
     finished: bool = False
 
 
@@ -69,10 +66,12 @@ def branch_and_bound(
     progress = start
     bounds = np.empty(1 << 15)
     tuples = np.zeros((1 << 15, n_f), dtype=np.int64)
-    size = push(bounds, tuples, 0, np.array([1e300]), np.zeros((1, n_f), dtype=np.int64), -np.inf)
+    root, root_bound = np.zeros((1, n_f), dtype=np.int64), np.array([np.inf])
+    objective.bound(root, root_bound, progress.best)
+    size = push(bounds, tuples, 0, root_bound, root, progress.best)
     radii = np.ascontiguousarray(layout.balls[:, 3])
     children, child_bounds = np.zeros((BATCH, n_f), dtype=np.int64), np.empty(BATCH)
-    leaves, leaf_bounds = np.zeros((LEAF_BATCH, n_f), dtype=np.int64), np.empty(LEAF_BATCH)
+    leaves = np.zeros((LEAF_BATCH, n_f), dtype=np.int64)
     with ThreadPoolExecutor(threads) as pool:
         while True:
             if size == 0 or bounds[0] <= progress.best:
@@ -89,23 +88,17 @@ def branch_and_bound(
                 tuples = np.concatenate([tuples, np.zeros_like(tuples)])
             size, n_children, n_leaves = expand(
                 bounds, tuples, size, layout.branches, radii, objective.few,
-                children, child_bounds, leaves, leaf_bounds, progress.best,
+                children, child_bounds, leaves, progress.best,
             )  # fmt: skip
             if n_children:
                 _bound(
                     objective, children[:n_children], child_bounds[:n_children], progress.best, pool, threads
                 )
-                progress.opened += n_children
                 size = push(
                     bounds, tuples, size, child_bounds[:n_children], children[:n_children], progress.best
                 )
             if n_leaves:
                 _resolve(objective, leaves[:n_leaves], accept, progress, pool)
-
-
-def combinations_count(n: int, n_f: int) -> int:
-    """Return the number of grasps of n_f different nodes out of n."""
-    return comb(n, n_f)
 
 
 def _bound(

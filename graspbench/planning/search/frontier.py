@@ -55,7 +55,6 @@ def expand(
     child_tuples: IntArray,
     child_bounds: FloatArray,
     leaf_tuples: IntArray,
-    leaf_bounds: FloatArray,
     stop_at: float,
 ) -> tuple[int, int, int]:
     """Take tuples from the top of the heap and split the widest cluster of each.
@@ -70,7 +69,6 @@ def expand(
         child_tuples: Written: tuples that came from splitting, shape (m, n_f).
         child_bounds: Written: the bounds of the tuples they came from, shape (m,).
         leaf_tuples: Written: tuples that hold few grasps, shape (m_leaf, n_f).
-        leaf_bounds: Written: their bounds, shape (m_leaf,).
         stop_at: Take nothing with a bound at or below it.
 
     Returns:
@@ -79,7 +77,7 @@ def expand(
     n_f = tuples.shape[1]
     children, leaves = 0, 0
     while size > 0 and bounds[0] > stop_at:
-        if children + n_f + 1 > child_bounds.shape[0] or leaves == leaf_bounds.shape[0]:
+        if children + n_f + 1 > child_bounds.shape[0] or leaves == leaf_tuples.shape[0]:
             break
         split, widest, many = -1, -1.0, 1
         for i in range(n_f):
@@ -88,7 +86,6 @@ def expand(
             if tree[cluster, 0] >= 0 and radii[cluster] > widest:
                 split, widest = cluster, radii[cluster]
         if many <= few:
-            leaf_bounds[leaves] = bounds[0]
             for i in range(n_f):
                 leaf_tuples[leaves, i] = tuples[0, i]
             leaves += 1
