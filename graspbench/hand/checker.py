@@ -4,7 +4,6 @@ from itertools import permutations
 
 import numpy as np
 import trimesh
-from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
@@ -12,6 +11,7 @@ from graspbench.hand.chains import PREFERRED
 from graspbench.hand.collision import measure_clearances
 from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
+from graspbench.hand.obstacle import make_obstacle, outside
 from graspbench.hand.parameters import Margins
 from graspbench.hand.placement import improve
 from graspbench.hand.posture import HandPosture
@@ -66,16 +66,15 @@ class GraspChecker:
         self._limits = np.array([height, m.ground_m, m.hand_m, m.object_m, 2 * hand.tip_radius_m])
         self._rest = hand.by_finger(hand.rest)
         self._tips = hand.tip_positions(hand.preferred)
+        self._system = make_system(hand.chains, hand.shapes)
 
     def set_object(self, points: FloatArray | None) -> None:
         """Set the points of the object's surface that palm and links must keep clear of, shape (m, 3)."""
-        found = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float)
-        self._obstacle = np.ascontiguousarray(found.reshape(-1, 3))
-        self._near = cKDTree(self._obstacle) if len(self._obstacle) else None
+        self._obstacle = make_obstacle(points)
         self._failure: tuple[bytes, int, HandPosture] | None = None
         # Fewer points guide the search; all of them judge its result.
-        stride = max(1, -(-len(self._obstacle) // GUIDE_POINTS))
-        self._guide = np.ascontiguousarray(self._obstacle[::stride])
+        stride = 1 if points is None else max(1, -(-len(points) // GUIDE_POINTS))
+        self._guide = make_obstacle(None if points is None else points[::stride])
 
     def place(
         self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
@@ -162,11 +161,8 @@ class GraspChecker:
         return np.asarray(lowest >= self.ground_height_m + self.margins.ground_m)
 
     def _outside_object(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        if self._near is None:
-            return np.ones(len(points), dtype=np.bool_)
         radius = self.hand.tip_radius_m
-        gaps, _ = self._near.query(points + radius * normals, distance_upper_bound=radius - SINK_M)
-        return np.isinf(gaps)
+        return outside(self._obstacle, points + radius * normals, radius - SINK_M)
 
     def _task(self, points: FloatArray, normals: FloatArray) -> Task:
         points = np.ascontiguousarray(points, dtype=float)
@@ -236,17 +232,13 @@ class GraspChecker:
     ) -> tuple[int, float, HandPosture]:
         """Improve one start; return what it fails (bits), its comfort, and the posture."""
         hand = self.hand
-        system = make_system(hand.chains, hand.shapes, len(task.obstacle))
-        guide, rough = (
-            task._replace(obstacle=self._guide),
-            system._replace(obstacle=np.empty_like(self._guide)),
-        )
+        guide = task._replace(obstacle=self._guide)
         contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
         contact_of[fingers] = np.arange(len(fingers))
         if cold:
             # Reach first: collisions of a posture that is far off say nothing.
             cost = improve(
-                hand.chains, hand.shapes, guide, contact_of, pose, joints, rough, False, REACH_STEPS
+                hand.chains, hand.shapes, guide, contact_of, pose, joints, self._system, False, REACH_STEPS
             )
             if cost > HOPELESS_COST:
                 error = float(np.sqrt(cost)) * 1e-3
@@ -256,11 +248,13 @@ class GraspChecker:
                     self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3)),
                 )
         steps = COLD_STEPS if cold else WARM_STEPS
-        improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, rough, True, steps)
+        improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, self._system, True, steps)
         quantities = self._settle(task, fingers, pose, joints)
         clearances = np.zeros(3)
         if quantities[0] <= TIP_TOLERANCE_M:
-            measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
+            measure_clearances(
+                hand.chains, hand.shapes, task, contact_of, pose, joints, self._system, clearances
+            )
         measured = np.array([quantities[1], quantities[2], *clearances])
         failed = np.array([quantities[0] > TIP_TOLERANCE_M, *(measured < self._margins)])
         score = float(np.min(measured / COMFORT)) if not failed[0] else -float(quantities[0])

@@ -14,6 +14,7 @@ from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import Chains
 from graspbench.hand.distance import core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.kinematics import forward
+from graspbench.hand.obstacle import Obstacle
 from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 
@@ -144,7 +145,8 @@ def nearest_obstacle(
     shapes: Shapes,
     poses: FloatArray,
     s: int,
-    obstacle: FloatArray,
+    obstacle: Obstacle,
+    pose: FloatArray,
     exempt: FloatArray,
     exempt_radius: float,
     cap: float,
@@ -153,10 +155,11 @@ def nearest_obstacle(
 
     Args:
         shapes: The hand's shapes.
-        poses: Their poses, shape (s, 3, 4).
+        poses: Their poses in the palm frame, shape (s, 3, 4).
         s: Which shape.
-        obstacle: Points of the object's surface, palm frame, shape (m, 3).
-        exempt: Points nearer than ``exempt_radius`` to this one do not count, shape (3,).
+        obstacle: Points of the object's surface, in the world.
+        pose: Pose of the palm frame in the world, shape (3, 4).
+        exempt: Points nearer than ``exempt_radius`` to this one (palm frame) do not count, shape (3,).
         exempt_radius: See above; 0 exempts nothing.
         cap: Distances beyond this are not told apart.
 
@@ -167,19 +170,24 @@ def nearest_obstacle(
     kind, radius, bound = shapes.index[s, KIND], shapes.size[s, RADIUS], shapes.size[s, BOUND]
     cx, cy, cz = poses[s, 0, 3], poses[s, 1, 3], poses[s, 2, 3]
     ex, ey, ez = exempt[0], exempt[1], exempt[2]
-    for i in range(obstacle.shape[0]):
-        x, y, z = obstacle[i, 0], obstacle[i, 1], obstacle[i, 2]
-        reach = bound + least
+    for b in range(obstacle.blocks.shape[0]):
+        x, y, z = to_palm(pose, obstacle.blocks[b])
+        reach = bound + least + obstacle.blocks[b, 3]
         if (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2 >= reach * reach or reach <= 0.0:
             continue
-        if (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < exempt_radius * exempt_radius:
-            continue
-        px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
-        distance = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
-        if distance < INSIDE_M:
-            distance = -core_depth(kind, poses[s], shapes.size[s], x, y, z)[0]
-        if distance - radius < least:
-            least, nearest = distance - radius, i
+        for i in range(obstacle.starts[b], obstacle.starts[b + 1]):
+            x, y, z = to_palm(pose, obstacle.points[i])
+            reach = bound + least
+            if (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2 >= reach * reach or reach <= 0.0:
+                continue
+            if (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < exempt_radius * exempt_radius:
+                continue
+            px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
+            distance = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
+            if distance < INSIDE_M:
+                distance = -core_depth(kind, poses[s], shapes.size[s], x, y, z)[0]
+            if distance - radius < least:
+                least, nearest = distance - radius, i
     return nearest, least
 
 
@@ -236,7 +244,6 @@ def measure_clearances(
         out[0] = ground_clearance(shapes, poses, pose, task.limits[HEIGHT], EVERY_FINGER, CLEARANCE_CAP_M)
     out[1] = hand_clearance(shapes, poses, EVERY_FINGER, CLEARANCE_CAP_M)
     out[2] = OBJECT_CAP_M
-    points_to_palm(pose, task.obstacle, system.obstacle)
     for s in range(poses.shape[0]):
         if shapes.index[s, IS_TIP] == 1:
             continue
@@ -248,18 +255,22 @@ def measure_clearances(
             x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
             px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
             distance = x * px + y * py + z * pz - offset - shapes.size[s, RADIUS]
-            distance = nearest_obstacle(shapes, poses, s, system.obstacle, system.exempt, 0.0, distance)[1]
+            distance = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, 0.0, distance)[
+                1
+            ]
             out[2] = min(out[2], distance + task.limits[OBJECT])
-        out[2] = nearest_obstacle(shapes, poses, s, system.obstacle, system.exempt, radius, out[2])[1]
+        out[2] = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, radius, out[2])[1]
 
 
 @inner
-def points_to_palm(pose: FloatArray, points: FloatArray, out: FloatArray) -> None:
-    """Map points of the world into the palm frame, shape (m, 3)."""
-    for i in range(points.shape[0]):
-        x, y, z = points[i, 0] - pose[0, 3], points[i, 1] - pose[1, 3], points[i, 2] - pose[2, 3]
-        for row in range(3):
-            out[i, row] = pose[0, row] * x + pose[1, row] * y + pose[2, row] * z
+def to_palm(pose: FloatArray, point: FloatArray) -> tuple[float, float, float]:
+    """Return a point of the world, its first three numbers, in the palm frame of ``pose``, shape (3, 4)."""
+    x, y, z = point[0] - pose[0, 3], point[1] - pose[1, 3], point[2] - pose[2, 3]
+    return (
+        pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z,
+        pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z,
+        pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z,
+    )
 
 
 @inner
@@ -267,9 +278,7 @@ def tangent_plane(
     pose: FloatArray, point: FloatArray, normal: FloatArray, local: FloatArray
 ) -> tuple[float, float, float, float]:
     """Return a contact's tangent plane in the palm frame, (normal, offset); its point in ``local``."""
-    x, y, z = point[0] - pose[0, 3], point[1] - pose[1, 3], point[2] - pose[2, 3]
-    for row in range(3):
-        local[row] = pose[0, row] * x + pose[1, row] * y + pose[2, row] * z
+    local[0], local[1], local[2] = to_palm(pose, point)
     u = pose[0, 0] * normal[0] + pose[1, 0] * normal[1] + pose[2, 0] * normal[2]
     v = pose[0, 1] * normal[0] + pose[1, 1] * normal[1] + pose[2, 1] * normal[2]
     w = pose[0, 2] * normal[0] + pose[1, 2] * normal[1] + pose[2, 2] * normal[2]

@@ -7,7 +7,14 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
 from graspbench.hand.chains import Chains
-from graspbench.hand.collision import INSIDE_M, core_depth, far_apart, nearest_obstacle, tangent_plane
+from graspbench.hand.collision import (
+    INSIDE_M,
+    core_depth,
+    far_apart,
+    nearest_obstacle,
+    tangent_plane,
+    to_palm,
+)
 from graspbench.hand.distance import Point, core_distance, lowest_in_core, nearest_in_core
 from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, GROUND, HAND, HEIGHT, OBJECT, WORLD, System, Task
@@ -50,16 +57,7 @@ def collect_tips(chains: Chains, task: Task, contact_of: IntArray, pose: FloatAr
         i = contact_of[f]
         if i < 0:
             continue
-        x, y, z = (
-            task.targets[i, 0] - pose[0, 3],
-            task.targets[i, 1] - pose[1, 3],
-            task.targets[i, 2] - pose[2, 3],
-        )
-        target = (
-            pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z,
-            pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z,
-            pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z,
-        )
+        target = to_palm(pose, task.targets[i])
         tip = (system.tips[f, 0], system.tips[f, 1], system.tips[f, 2])
         n = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
         gap = n[0] * (tip[0] - target[0]) + n[1] * (tip[1] - target[1]) + n[2] * (tip[2] - target[2])
@@ -105,11 +103,11 @@ def collect_world(
             wanted = task.limits[OBJECT] + BUFFER_M
             radius = task.limits[EXEMPT] if last else 0.0
             i, distance = nearest_obstacle(
-                shapes, system.poses, s, system.obstacle, system.exempt, radius, wanted
+                shapes, system.poses, s, task.obstacle, pose, system.exempt, radius, wanted
             )
             if i < 0:
                 continue
-            b = (system.obstacle[i, 0], system.obstacle[i, 1], system.obstacle[i, 2])
+            b = to_palm(pose, task.obstacle.points[i])
             a = nearest_in_core(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
             n = (a[0] - b[0], a[1] - b[1], a[2] - b[2])
             length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])

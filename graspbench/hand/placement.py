@@ -13,7 +13,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
-from graspbench.hand.collision import place_hand, points_to_palm
+from graspbench.hand.collision import place_hand
 from graspbench.hand.gaps import collect_hand, collect_tips, collect_world
 from graspbench.hand.shapes import Shapes
 from graspbench.hand.task import WORLD, System, Task
@@ -171,7 +171,6 @@ def improve(
         place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
         count = collect_tips(chains, task, contact_of, pose, system)
         if avoid:
-            points_to_palm(pose, task.obstacle, system.obstacle)
             count = collect_world(chains, shapes, task, contact_of, pose, system, count)
             count = collect_hand(shapes, task, system, count)
         cost = _build(chains, joints, system, count)

@@ -6,6 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.chains import Chains
+from graspbench.hand.obstacle import Obstacle
 from graspbench.hand.shapes import Shapes
 
 HEIGHT, GROUND, HAND, OBJECT, EXEMPT = 0, 1, 2, 3, 4
@@ -19,7 +20,7 @@ class Task(NamedTuple):
         targets: Wanted tip centres, shape (m, 3).
         points: Contact points, shape (m, 3).
         normals: Outward unit normals, shape (m, 3).
-        obstacle: Points of the object's surface, shape (o, 3).
+        obstacle: Points of the object's surface.
         limits: Height of the ground (-inf: none); margins to ground, hand and object; the last link of a
             finger may come near object points within the last number of its own contact; shape (5,).
     """
@@ -27,7 +28,7 @@ class Task(NamedTuple):
     targets: FloatArray
     points: FloatArray
     normals: FloatArray
-    obstacle: FloatArray
+    obstacle: Obstacle
     limits: FloatArray
 
 
@@ -38,7 +39,6 @@ class System(NamedTuple):
         frames: Joint frames, shape (f, k, 3, 4).
         tips: Tip centres, shape (f, 3).
         poses: Poses of the shapes, shape (s, 3, 4).
-        obstacle: Points of the object in the palm frame, shape (o, 3).
         gaps: Distances along a direction between two points, each on a body, and what they should be:
             residual, weight, direction (3), point a (3), point b (3), shape (r, 11).
         bodies: Finger and link of point a, then of point b (PALM, or WORLD at rest outside), shape (r, 4).
@@ -56,7 +56,6 @@ class System(NamedTuple):
     frames: FloatArray
     tips: FloatArray
     poses: FloatArray
-    obstacle: FloatArray
     gaps: FloatArray
     bodies: IntArray
     hessian: FloatArray
@@ -70,8 +69,8 @@ class System(NamedTuple):
     exempt: FloatArray
 
 
-def make_system(chains: Chains, shapes: Shapes, obstacles: int) -> System:
-    """Allocate the numbers for a hand and a count of object points."""
+def make_system(chains: Chains, shapes: Shapes) -> System:
+    """Allocate the numbers for a hand."""
     n, k = chains.index.shape
     s, size = len(shapes.index), 6 + n * k
     most = 3 * n + 3 * s + len(shapes.pairs)
@@ -79,7 +78,6 @@ def make_system(chains: Chains, shapes: Shapes, obstacles: int) -> System:
         frames=np.zeros((n, k, 3, 4)),
         tips=np.zeros((n, 3)),
         poses=np.zeros((s, 3, 4)),
-        obstacle=np.zeros((obstacles, 3)),
         gaps=np.zeros((most, 11)),
         bodies=np.zeros((most, 4), dtype=np.int64),
         hessian=np.zeros((size, size)),

@@ -6,6 +6,7 @@ import pinocchio
 import pytest
 
 from graspbench.hand.collision import OBJECT_CAP_M, measure_clearances
+from graspbench.hand.obstacle import make_obstacle
 from graspbench.hand.shapes import BOUND, FINGER, KIND, LINK, PALM, RADIUS
 from graspbench.hand.task import Task, make_system
 
@@ -14,9 +15,11 @@ POSE = np.column_stack([np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 0.21)])
 
 
 def measured(hand, joints, obstacle=NOTHING, height=0.0, pose=POSE):
-    task = Task(NOTHING, NOTHING, NOTHING, obstacle, np.array([height, 0.002, 0.001, 0.001, 0.016]))
+    task = Task(
+        NOTHING, NOTHING, NOTHING, make_obstacle(obstacle), np.array([height, 0.002, 0.001, 0.001, 0.016])
+    )
     out = np.empty(3)
-    system = make_system(hand.chains, hand.shapes, len(obstacle))
+    system = make_system(hand.chains, hand.shapes)
     contact_of = np.full(hand.n_fingers, -1)
     measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, hand.by_finger(joints), system, out)
     return out
