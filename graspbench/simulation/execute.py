@@ -13,6 +13,7 @@ from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters, ExecutionResult, Motion
 from graspbench.simulation.hand import SimulatedHand, Touch
 from graspbench.simulation.world import World
+from graspbench.simulation.wrist import FloatingWrist
 
 _SAMPLE_S = 0.02
 
@@ -52,10 +53,9 @@ class Stage:
             contactBreakingThreshold=0.002,
             physicsClientId=world.client,
         )
-        palm = path.transform_palm_to_world[-1]
-        self.hand = SimulatedHand(
-            world, hand, path.transform_palm_to_world[0], path.joints[0], tilt_axis(palm), parameters
-        )
+        palms = path.transform_palm_to_world
+        wrist = FloatingWrist(hand, palms[0], tilt_axis(palms[-1]))
+        self.hand = SimulatedHand(world, hand, wrist, path.joints[0], parameters)
 
     def step(self) -> None:
         """Advance the simulation by one time step."""

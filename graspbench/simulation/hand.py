@@ -13,9 +13,8 @@ from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters
 from graspbench.simulation.shapes import quaternion_of
 from graspbench.simulation.world import World
-from graspbench.simulation.wrist import WRIST_JOINTS, mounted_urdf, wrist_coordinates, wrist_pose
+from graspbench.simulation.wrist import Mount
 
-_WRIST_FORCE = 1e4
 _POSITION_GAIN = 0.3
 
 
@@ -37,14 +36,13 @@ class Touch:
 
 
 class SimulatedHand:
-    """A hand with a driven six-joint wrist in a world.
+    """A hand on its mount in a world.
 
     Args:
         world: The world, with the object at rest.
         hand: The hand model.
-        transform_palm_to_world: Where the hand appears first, shape (4, 4).
-        joints: Its first joint positions, shape (n_q,).
-        tilt_axis: World direction, shape (3,), about which the wrist can turn without limit.
+        mount: What carries the hand; it is where the hand appears first.
+        joints: The fingers' first joint positions, shape (n_q,).
         parameters: Friction and control.
 
     Raises:
@@ -52,59 +50,29 @@ class SimulatedHand:
     """
 
     def __init__(
-        self,
-        world: World,
-        hand: HandModel,
-        transform_palm_to_world: FloatArray,
-        joints: FloatArray,
-        tilt_axis: FloatArray,
-        parameters: ExecutionParameters,
+        self, world: World, hand: HandModel, mount: Mount, joints: FloatArray, parameters: ExecutionParameters
     ) -> None:
         self.world = world
         self.hand = hand
+        self.mount = mount
         self._client = world.client
-        root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
-        root = transform_palm_to_world @ root_to_palm
-        self._base = np.eye(4)
-        self._base[:3, :3] = _frame_along(tilt_axis)
-        self._base[:3, 3] = root[:3, 3]
-        self._world_to_base = np.linalg.inv(self._base)
-        wrist_to_root = np.eye(4)
-        wrist_to_root[:3, :3] = root[:3, :3].T @ self._base[:3, :3]
-        self._wrist_to_palm = root_to_palm @ wrist_to_root
-        self._palm_to_wrist = np.linalg.inv(self._wrist_to_palm)
-        self.body = self._load(wrist_to_root[:3, :3].T)
+        self.body = self._load()
         ids, links = self._names()
-        self._wrist_ids = [ids[name] for name in WRIST_JOINTS]
         self._joint_ids = self._find(hand.joint_names, ids)
-        self._palm_id = links.get(hand.palm_link, -1)
         self._finger_of_link = self._assign_links(links, ids)
-        self._wrist_goal = np.zeros(6)
-        self._wrist_still = False
         self._set_friction(parameters)
-        self._reset(transform_palm_to_world, joints)
+        mount.attach(self._client, self.body, ids)
+        for i, value in zip(self._joint_ids, joints, strict=True):
+            pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        self.drive_joints(joints, np.zeros(len(joints)))
 
     def drive_wrist(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
-        """Set the wrist's goal for the end of the next step; its motors reach it."""
-        pose = self._wrist_pose(transform_palm_to_world)
-        goal = wrist_coordinates(pose)
-        goal[3:] += 2 * np.pi * np.round((self._wrist_goal[3:] - goal[3:]) / (2 * np.pi))
-        speed = (goal - self._wrist_goal) / time_step_s
-        self._wrist_goal = goal
-        if self._wrist_still and not speed.any():
-            return  # its motors hold the goal they have
-        self._wrist_still = not speed.any()
-        pybullet.setJointMotorControlArray(
-            self.body,
-            self._wrist_ids,
-            pybullet.POSITION_CONTROL,
-            targetPositions=goal.tolist(),
-            targetVelocities=speed.tolist(),
-            forces=[_WRIST_FORCE] * 6,
-            positionGains=[_POSITION_GAIN] * 6,
-            velocityGains=[1.0] * 6,
-            physicsClientId=self._client,
-        )
+        """Set the palm's goal for the end of the next step, shape (4, 4)."""
+        self.mount.drive(transform_palm_to_world, time_step_s)
+
+    def palm_pose(self) -> FloatArray:
+        """Return the palm's real transform_palm_to_world, shape (4, 4)."""
+        return self.mount.palm_pose()
 
     def drive_joints(self, positions: FloatArray, velocities: FloatArray) -> None:
         """Drive the fingers to positions, shape (n_q,), within their torque limits."""
@@ -148,13 +116,6 @@ class SimulatedHand:
         states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
 
-    def palm_pose(self) -> FloatArray:
-        """Return transform_palm_to_world, shape (4, 4), from the wrist's real joints."""
-        states = pybullet.getJointStates(self.body, self._wrist_ids, physicsClientId=self._client)
-        wrist = wrist_pose(np.array([s[0] for s in states]))
-        pose: FloatArray = self._base @ wrist @ self._palm_to_wrist
-        return pose
-
     def touches(self, least_force_n: float) -> tuple[Touch | None, ...]:
         """Return every finger's contact with the object, None where the force is too small."""
         found = pybullet.getContactPoints(self.world.object_id, self.body, physicsClientId=self._client)
@@ -167,15 +128,16 @@ class SimulatedHand:
                 sums[owner[0]].append((contact[9], contact[6], contact[7], owner[1]))
         return tuple(_touch(parts, least_force_n) for parts in sums)
 
-    def _load(self, rotation_root_to_wrist: FloatArray) -> int:
+    def _load(self) -> int:
+        base = self.mount.base_to_world
         with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
             path = Path(folder) / "hand.urdf"
-            path.write_text(mounted_urdf(self.hand, rotation_root_to_wrist), encoding="utf-8")
+            path.write_text(self.mount.urdf(), encoding="utf-8")
             try:
                 body: int = pybullet.loadURDF(
                     str(path),
-                    basePosition=self._base[:3, 3].tolist(),
-                    baseOrientation=quaternion_of(self._base),
+                    basePosition=base[:3, 3].tolist(),
+                    baseOrientation=quaternion_of(base),
                     useFixedBase=True,
                     flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
                     physicsClientId=self._client,
@@ -235,17 +197,6 @@ class SimulatedHand:
                 physicsClientId=self._client,
             )
 
-    def _reset(self, transform_palm_to_world: FloatArray, joints: FloatArray) -> None:
-        self._wrist_goal = wrist_coordinates(self._wrist_pose(transform_palm_to_world))
-        ids, values = [*self._wrist_ids, *self._joint_ids], [*self._wrist_goal, *joints]
-        for i, value in zip(ids, values, strict=True):
-            pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
-        self.drive_joints(joints, np.zeros(len(joints)))
-
-    def _wrist_pose(self, transform_palm_to_world: FloatArray) -> FloatArray:
-        pose: FloatArray = self._world_to_base @ transform_palm_to_world @ self._wrist_to_palm
-        return pose
-
 
 def _touch(
     parts: list[tuple[float, tuple[float, ...], tuple[float, ...], bool]], least_force_n: float
@@ -261,11 +212,3 @@ def _touch(
     normal = forces @ np.array([part[2] for part in use])
     normal /= max(float(np.linalg.norm(normal)), 1e-12)
     return Touch(total, forces @ np.array([part[1] for part in use]) / total, normal, bool(tips))
-
-
-def _frame_along(axis: FloatArray) -> FloatArray:
-    """Return a rotation whose first column is a direction, shape (3, 3)."""
-    x = axis / np.linalg.norm(axis)
-    y = np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x)
-    y /= np.linalg.norm(y)
-    return np.column_stack((x, y, np.cross(x, y)))

@@ -1,11 +1,14 @@
-"""A hand's URDF on a wrist of six joints, so that physics can carry it about."""
+"""What carries the hand about: here a wrist of six joints that floats in the world."""
 
 import copy
 import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
+import pybullet
 from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
@@ -16,6 +19,109 @@ WRIST_JOINTS = ("wrist_x", "wrist_y", "wrist_z", "wrist_rx", "wrist_ry", "wrist_
 _AXES = ("1 0 0", "0 1 0", "0 0 1") * 2
 # Light against any object, heavy against the solver's round-off.
 _MASS_KG, _INERTIA_KGM2 = 0.2, 1e-3
+_FORCE = 1e4
+_POSITION_GAIN = 0.3
+
+
+class Mount(Protocol):
+    """What a hand is mounted on: it brings the palm where it is wanted."""
+
+    @property
+    def base_to_world(self) -> FloatArray:
+        """Pose of the mounted hand's fixed base, shape (4, 4)."""
+        ...
+
+    def urdf(self) -> str:
+        """Return the URDF of mount and hand in one; its mesh files are absolute paths."""
+        ...
+
+    def attach(self, client: int, body: int, joint_ids: Mapping[str, int]) -> None:
+        """Take over the mount's joints of a body that was loaded from `urdf`, and put them at the start."""
+        ...
+
+    def drive(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
+        """Set the palm's goal for the end of the next step, shape (4, 4)."""
+        ...
+
+    def palm_pose(self) -> FloatArray:
+        """Return the palm's real transform_palm_to_world, shape (4, 4)."""
+        ...
+
+
+class FloatingWrist:
+    """Three sliding and three turning joints with motors that are stronger than anything they carry.
+
+    Args:
+        hand: The hand.
+        transform_palm_to_world: Where the palm is first, shape (4, 4).
+        tilt_axis: World direction, shape (3,), about which the wrist can turn without limit.
+    """
+
+    def __init__(self, hand: HandModel, transform_palm_to_world: FloatArray, tilt_axis: FloatArray) -> None:
+        self._hand = hand
+        root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
+        root = transform_palm_to_world @ root_to_palm
+        self._base = np.eye(4)
+        self._base[:3, :3] = _frame_along(tilt_axis)
+        self._base[:3, 3] = root[:3, 3]
+        self._world_to_base = np.linalg.inv(self._base)
+        wrist_to_root = np.eye(4)
+        wrist_to_root[:3, :3] = root[:3, :3].T @ self._base[:3, :3]
+        self._rotation_root_to_wrist = wrist_to_root[:3, :3].T
+        self._wrist_to_palm = root_to_palm @ wrist_to_root
+        self._palm_to_wrist = np.linalg.inv(self._wrist_to_palm)
+        self._wanted = transform_palm_to_world.copy()
+        self._goal = self._coordinates(transform_palm_to_world)
+        self._still = False
+        self._client, self._body = -1, -1
+        self._joint_ids: list[int] = []
+
+    @property
+    def base_to_world(self) -> FloatArray:
+        """Pose of the wrist's fixed base, shape (4, 4)."""
+        return self._base
+
+    def urdf(self) -> str:
+        """Return the URDF of wrist and hand."""
+        return mounted_urdf(self._hand, self._rotation_root_to_wrist)
+
+    def attach(self, client: int, body: int, joint_ids: Mapping[str, int]) -> None:
+        """Take over the wrist's joints of a loaded body, and put them at the start."""
+        self._client, self._body = client, body
+        self._joint_ids = [joint_ids[name] for name in WRIST_JOINTS]
+        for joint, value in zip(self._joint_ids, self._goal, strict=True):
+            pybullet.resetJointState(body, joint, value, 0.0, physicsClientId=client)
+
+    def drive(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
+        """Set the palm's goal for the end of the next step; the wrist's motors reach it."""
+        if self._still and np.array_equal(transform_palm_to_world, self._wanted):
+            return  # its motors hold the goal they have
+        self._wanted = transform_palm_to_world.copy()
+        goal = self._coordinates(transform_palm_to_world)
+        goal[3:] += 2 * np.pi * np.round((self._goal[3:] - goal[3:]) / (2 * np.pi))
+        speed = (goal - self._goal) / time_step_s
+        self._goal, self._still = goal, not speed.any()
+        pybullet.setJointMotorControlArray(
+            self._body,
+            self._joint_ids,
+            pybullet.POSITION_CONTROL,
+            targetPositions=goal.tolist(),
+            targetVelocities=speed.tolist(),
+            forces=[_FORCE] * 6,
+            positionGains=[_POSITION_GAIN] * 6,
+            velocityGains=[1.0] * 6,
+            physicsClientId=self._client,
+        )
+
+    def palm_pose(self) -> FloatArray:
+        """Return transform_palm_to_world, shape (4, 4), from the wrist's real joints."""
+        states = pybullet.getJointStates(self._body, self._joint_ids, physicsClientId=self._client)
+        wrist = wrist_pose(np.array([s[0] for s in states]))
+        pose: FloatArray = self._base @ wrist @ self._palm_to_wrist
+        return pose
+
+    def _coordinates(self, transform_palm_to_world: FloatArray) -> FloatArray:
+        return wrist_coordinates(self._world_to_base @ transform_palm_to_world @ self._wrist_to_palm)
 
 
 def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
@@ -115,3 +221,11 @@ def _joint(name: str, kind: str, parent: str, child: str, axis: str | None) -> E
 def _attribute(joint: ElementTree.Element, tag: str) -> str:
     part = joint.find(tag)
     return "" if part is None else part.get("link", "")
+
+
+def _frame_along(axis: FloatArray) -> FloatArray:
+    """Return a rotation whose first column is a direction, shape (3, 3)."""
+    x = axis / np.linalg.norm(axis)
+    y = np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x)
+    y /= np.linalg.norm(y)
+    return np.column_stack((x, y, np.cross(x, y)))
