@@ -175,6 +175,11 @@ def nearest_obstacle(
         reach = bound + least + obstacle.blocks[b, 3]
         if (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2 >= reach * reach or reach <= 0.0:
             continue
+        px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
+        gap = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
+        # Outside a core no point of the block is nearer than its ball.
+        if gap > INSIDE_M and gap >= radius + least + obstacle.blocks[b, 3]:
+            continue
         for i in range(obstacle.starts[b], obstacle.starts[b + 1]):
             x, y, z = to_palm(pose, obstacle.points[i])
             reach = bound + least
