@@ -4,7 +4,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, cross
 from graspbench.errors import ConfigurationError
 from graspbench.grasp.contact import ContactModel, contact_tangents, perpendicular
 
@@ -68,7 +68,7 @@ def wrench_projection(wrench_space: WrenchSpace, plane_normal: FloatArray | None
     first = perpendicular(plane_normal)
     rows = np.zeros((*plane_normal.shape[:-1], 3 if wrench_space == "planar" else 2, 6))
     rows[..., 0, :3] = first
-    rows[..., 1, :3] = np.cross(plane_normal, first)
+    rows[..., 1, :3] = cross(plane_normal, first)
     if wrench_space == "planar":
         rows[..., 2, 3:] = plane_normal
     return rows
@@ -106,7 +106,7 @@ def wrench_maps(
     plane = grasp_plane_normal(points, normals_in) if wrench_space.startswith("planar") else None
     basis = _force_basis(points, normals_in, centre, contact, plane, tangents)
     arms = ((points - centre) / torque_length)[..., None, :]
-    maps = np.concatenate([basis, np.cross(arms, basis)], axis=-1)
+    maps = np.concatenate([basis, cross(arms, basis)], axis=-1)
     if contact == "soft_finger":
         twist = np.concatenate([np.zeros_like(normals_in), normals_in], axis=-1)
         maps = np.concatenate([maps, twist[..., None, :]], axis=-2)
@@ -136,18 +136,18 @@ def _force_basis(
     if tangents is None:
         first = contact_tangents(points, normals_in, centre)
         if plane_normal is not None:
-            in_plane = np.cross(plane_normal[..., None, :], normals_in)
+            in_plane = cross(plane_normal[..., None, :], normals_in)
             length = np.linalg.norm(in_plane, axis=-1, keepdims=True)
             first = np.where(length > 1e-6, in_plane / np.maximum(length, 1e-300), first)
     else:
         first = tangents if tangents.ndim == points.ndim else tangents[..., 0, :]
-    return np.stack([first, np.cross(normals_in, first), normals_in], axis=-2)
+    return np.stack([first, cross(normals_in, first), normals_in], axis=-2)
 
 
 def _plane_through_line(line: FloatArray, normals_in: FloatArray) -> FloatArray:
     """Return the unit normal of the plane through a line that is closest to the contact normals."""
     first = perpendicular(line)
-    frame = np.stack([first, np.cross(line, first)])
+    frame = np.stack([first, cross(line, first)])
     across = normals_in @ frame.T
     values, vectors = np.linalg.eigh(across.T @ across)
     return first if values[1] < 1e-18 else np.asarray(vectors[:, 0] @ frame)

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray, cross
 
 TILTS_DEG = (30.0, 60.0, 85.0)
 BELOW_COST = 0.15**2
@@ -27,7 +27,7 @@ def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool)
     """
     own: list[FloatArray] = []
     gaps = points - points.mean(axis=0)
-    area = np.cross(gaps, gaps[np.arange(len(gaps)) - len(gaps) + 1]).sum(axis=0)
+    area = cross(gaps, gaps[np.arange(len(gaps)) - len(gaps) + 1]).sum(axis=0)
     length = float(np.linalg.norm(area))
     if length > 1e-8:
         plane = -area / length if area[2] > 0.0 else area / length
@@ -83,7 +83,7 @@ def rank_starts(
     helper = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
     x = helper - directions * np.sum(helper * directions, axis=1, keepdims=True)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
-    axes = np.stack([x, np.cross(directions, x), directions], axis=2)
+    axes = np.stack([x, cross(directions, x), directions], axis=2)
     centre = targets.mean(axis=0)
     wanted = (targets - centre) @ axes
     chosen = tips[assignments]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray, cross
 from graspbench.reconstruction.surface import Surface
 
 _TILTS_DEG = (0.0, 30.0, 60.0, 90.0)
@@ -35,14 +35,14 @@ def principal_axes(surface: Surface) -> FloatArray:
     """
     faces = surface.network.faces
     a, b, c = (surface.points[faces[:, k]] - surface.centroid for k in range(3))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    volume = np.einsum("ij,ij->i", a, cross(b, c))
     total = a + b + c
     second = sum((np.einsum("i,ij,ik->jk", volume, x, x) for x in (a, b, c, total)), np.zeros((3, 3)))
     _, vectors = np.linalg.eigh(second)
     axes: FloatArray = vectors[:, ::-1].copy()
     # Fixed signs, so that the same surface always gives the same axes.
     axes *= np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0, -1.0, 1.0)
-    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    axes[:, 2] = cross(axes[:, 0], axes[:, 1])
     return axes
 
 
@@ -79,7 +79,7 @@ def equilateral_vertices(
     """
     first = reference - (reference @ normal) * normal
     first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
+    second = cross(normal, first)
     angles = np.asarray(rotations_rad)[:, None] + 2.0 * np.pi * np.arange(n_f) / n_f
     rays = np.cos(angles)[..., None] * first + np.sin(angles)[..., None] * second
     arms = surface.points - surface.centroid

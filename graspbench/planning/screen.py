@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, IntArray
 from graspbench.planning.index import Index, Moves, free_moves
@@ -52,8 +53,9 @@ def screen(
         The local optima, all different, best score first; equal scores in the order of ``starts``.
     """
     reached: dict[tuple[int, ...], LocalOptimum] = {}
+    nearest = _nearest_allowed(surface, allowed)
     for initial in starts:
-        first = _moved_to(allowed, surface, initial.vertices)
+        first = nearest[initial.vertices]
         if len(set(first.tolist())) < len(first):
             continue
         path = _climb(index, surface, first, allowed, thorough=False, max_moves=max_moves)
@@ -71,13 +73,13 @@ def polish(
     return LocalOptimum(optimum.initial, path, index.score(surface, path[-1]))
 
 
-def _moved_to(allowed: BoolArray, surface: Surface, vertices: IntArray) -> IntArray:
-    """Return the vertices, those that are not allowed replaced by the nearest allowed nodes."""
-    moved = vertices.copy()
-    for i in np.flatnonzero(~allowed[vertices]):
-        gaps = surface.points - surface.points[vertices[i]]
-        moved[i] = np.argmin(np.where(allowed, np.einsum("ij,ij->i", gaps, gaps), np.inf))
-    return moved
+def _nearest_allowed(surface: Surface, allowed: BoolArray) -> IntArray:
+    """Return for every node the nearest allowed one, itself if it is, shape (n_s,)."""
+    nearest = np.arange(len(allowed))
+    if allowed.any() and not allowed.all():
+        _, found = cKDTree(surface.points[allowed]).query(surface.points[~allowed])
+        nearest[~allowed] = np.flatnonzero(allowed)[found]
+    return nearest
 
 
 def _climb(

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection, QhullError
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, cross
 from graspbench.errors import ReconstructionError, StationError
 from graspbench.reconstruction.carving import coarse_border
 from graspbench.reconstruction.ellipsoid import Ellipsoid, moment_ellipsoid, wrap
@@ -68,7 +68,7 @@ def half_spaces(silhouettes: "Sequence[Silhouette]", ground: bool) -> tuple[Floa
     rays = np.array([c.rays(_corners(s.box)) for c, s in zip(cameras, silhouettes, strict=True)])
     # Corners run clockwise seen by the camera, so this product points away from the box.
     following = rays[:, [1, 2, 3, 0]]
-    normals = _cross(following.reshape(-1, 3), rays.reshape(-1, 3))
+    normals = cross(following.reshape(-1, 3), rays.reshape(-1, 3))
     normals /= np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
     origins = np.repeat(np.array([c.position for c in cameras]), SIDES, axis=0)
     offsets = np.einsum("ij,ij->i", normals, origins)
@@ -81,17 +81,6 @@ def half_spaces(silhouettes: "Sequence[Silhouette]", ground: bool) -> tuple[Floa
 def _corners(box: tuple[float, float, float, float]) -> FloatArray:
     u_min, v_min, u_max, v_max = box
     return np.array([[u_min, v_min], [u_max, v_min], [u_max, v_max], [u_min, v_max]])
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the row-wise cross products of (n, 3) arrays, faster than numpy's general one."""
-    return np.column_stack(
-        (
-            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
-            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
-        )
-    )
 
 
 def polyhedron_vertices(
