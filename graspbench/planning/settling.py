@@ -5,7 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import MoveFinder
 from graspbench.planning.index import Index, Moves
@@ -26,6 +27,28 @@ class Placer(Protocol):
 
     def reason(self, points: FloatArray, normals: FloatArray) -> str:
         """Say why there is no feasible posture."""
+        ...
+
+
+class Checker(Placer, Protocol):
+    """The part of a grasp checker that the local planner needs."""
+
+    @property
+    def hand(self) -> HandModel:
+        """The hand."""
+        ...
+
+    @property
+    def ground_height_m(self) -> float | None:
+        """Height of the ground."""
+        ...
+
+    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
+        """Tell which contacts a fingertip can touch at all."""
+        ...
+
+    def set_object(self, points: FloatArray | None, faces: IntArray | None = None) -> None:
+        """Set the surface that palm and links must keep clear of."""
         ...
 
 
