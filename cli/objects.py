@@ -1,7 +1,8 @@
 """``graspbench objects``: the catalogue, an object in detail, and whether a mesh can be used."""
 
+import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -47,7 +48,7 @@ def show(
 @app.command()
 def check(
     files: Annotated[list[Path], typer.Argument(help="Mesh files.")],
-    scale: Annotated[float, typer.Option(help="Metres per unit of the files.", min=1e-9)] = 1.0,
+    scale: Annotated[str, typer.Option(help="Metres per unit of the files, or 'guess'.")] = "1",
     repair: Annotated[
         Path | None, typer.Option(help="Write a usable copy of the (one) mesh here, in metres.")
     ] = None,
@@ -61,9 +62,9 @@ def check(
     if repair is not None and len(files) > 1:
         raise ConfigurationError(f"--repair with {len(files)} files", remedy="repair one file at a time")
     if repair is not None:
-        found = [repair_object(files[0], scale, repair)]
+        found = [repair_object(files[0], _scale(scale), repair)]
     else:
-        found = [check_object(file, scale) for file in files]
+        found = [check_object(file, _scale(scale)) for file in files]
     if as_json:
         print_json({"schema": 1, "rows": found})
     else:
@@ -71,6 +72,21 @@ def check(
             _print_properties(each)
     if not all(each["usable"] for each in found):
         raise typer.Exit(2)
+
+
+def _scale(text: str) -> float | Literal["guess"]:
+    from graspbench.errors import ConfigurationError
+
+    if text == "guess":
+        return "guess"
+    try:
+        if 0.0 < (scale := float(text)) < math.inf:
+            return scale
+    except ValueError:
+        pass
+    raise ConfigurationError(
+        f"--scale {text} is no factor", remedy="give metres per unit such as 0.001, or 'guess'"
+    )
 
 
 def _print_properties(described: dict[str, Any]) -> None:

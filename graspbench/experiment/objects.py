@@ -7,7 +7,7 @@ from typing import Any
 from graspbench.errors import MeshError
 from graspbench.experiment.config import load_config
 from graspbench.experiment.store import write_atomically
-from graspbench.geometry import MeshReport, check_mesh, load_object, repair_mesh
+from graspbench.geometry import MeshReport, Scale, check_mesh, load_object, repair_mesh
 
 
 def show_object(
@@ -51,22 +51,37 @@ def show_object(
     return described, draw_object(model, folder / f"{model.name.replace('/', '_')}.png")
 
 
-def check_object(path: Path, scale: float) -> dict[str, Any]:
-    """Say whether a mesh file can be an object, and why not.
+def check_object(path: Path, scale: Scale) -> dict[str, Any]:
+    """Say in one sentence whether and how a mesh file can be an object, and what was found.
+
+    What can be repaired is repaired for trial, nothing is written.
 
     Args:
         path: The file.
-        scale: Metres per unit of the file.
+        scale: Metres per unit of the file, or "guess".
     """
-    return _described(path, check_mesh(path, scale=scale))
+    report = check_mesh(path, scale=scale)
+    if report.usable:
+        done = f": {'; '.join(report.repairs)}" if report.repairs else " as it is"
+        return _described(path, report, f"{report.name} can be used{done}.", False)
+    first = report.problems[0]
+    if not any(problem.repairable for problem in report.problems):
+        return _described(path, report, str(first), False)
+    try:
+        repaired = repair_mesh(path, scale=scale)[1]
+    except MeshError as error:
+        return _described(path, report, str(error), False)
+    done = "; ".join((*repaired.repairs, *repaired.warnings))
+    sentence = f"{first.what}, but object.repair=true makes it usable: {done}."
+    return _described(path, report, sentence, True)
 
 
-def repair_object(path: Path, scale: float, repaired: Path) -> dict[str, Any]:
+def repair_object(path: Path, scale: Scale, repaired: Path) -> dict[str, Any]:
     """Write a usable copy of a mesh file, in metres, if there can be one, and say what was changed.
 
     Args:
         path: The file.
-        scale: Metres per unit of the file.
+        scale: Metres per unit of the file, or "guess".
         repaired: File to write; its suffix says the format.
 
     Raises:
@@ -80,10 +95,12 @@ def repair_object(path: Path, scale: float, repaired: Path) -> dict[str, Any]:
     mesh, report = repair_mesh(path, scale=scale)
     content = mesh.export(file_type=repaired.suffix.lower()[1:])
     write_atomically(repaired, content)
-    return _described(path, report) | {"repaired_copy": str(repaired)}
+    done = "; ".join(report.repairs) or "nothing had to be changed"
+    verdict = f"a usable copy of {report.name} was written: {done}."
+    return _described(path, report, verdict, False) | {"repaired_copy": str(repaired)}
 
 
-def _described(path: Path, report: MeshReport) -> dict[str, Any]:
+def _described(path: Path, report: MeshReport, verdict: str, by_repair: bool) -> dict[str, Any]:
     measured = {
         "triangles": report.triangles,
         "bodies": report.bodies,
@@ -94,7 +111,9 @@ def _described(path: Path, report: MeshReport) -> dict[str, Any]:
     }
     return {
         "file": str(path),
+        "verdict": verdict,
         "usable": report.usable,
+        "usable_after_repair": report.usable or by_repair,
         "problems": [
             {"kind": found.kind, "sentence": str(found), "repairable": found.repairable}
             for found in report.problems

@@ -12,6 +12,7 @@ from graspbench.geometry.folders import FolderItem, list_folder
 from graspbench.geometry.inspection import MeshProblem, MeshReport
 from graspbench.geometry.model import ObjectModel
 from graspbench.geometry.preflight import check_mesh, repair_mesh
+from graspbench.geometry.units import Scale
 
 __all__ = [
     "CatalogueEntry",
@@ -20,6 +21,7 @@ __all__ = [
     "MeshReport",
     "ObjectModel",
     "ObjectParameters",
+    "Scale",
     "catalogue_entry",
     "check_mesh",
     "list_folder",

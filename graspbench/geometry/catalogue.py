@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
@@ -63,7 +63,8 @@ class ObjectParameters:
         Field(description="Parameters of the catalogue entry's shape to change, such as height_m"),
     ] = field(default_factory=dict)
     scale: Annotated[
-        float, Field(gt=0, description="Factor on all lengths; metres per unit of a mesh file")
+        Annotated[float, Field(gt=0)] | Literal["guess"],
+        Field(description="Factor on all lengths; metres per unit of a mesh file, or guess, with a warning"),
     ] = 1.0
     up: Annotated[Axis, Field(description="The axis that points up")] = "z"
     yaw_deg: Annotated[float, Field(description="Turn about the vertical before it is put down")] = 0.0
@@ -205,6 +206,11 @@ def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
         description["id"] = parameters.id
     if "id" in description:
         name = f"{name}_{description['id']}"
+    if parameters.scale == "guess":
+        raise ConfigurationError(
+            f"object.scale=guess with '{name}', whose size is known",
+            remedy="guess the unit of mesh files only",
+        )
     body = _build(_frozen(description))
     return entry, name, body if parameters.scale == 1.0 else _scaled(body, parameters.scale)
 

@@ -10,8 +10,10 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.intersections import self_intersections
+from graspbench.geometry.units import guess_scale
 
 LARGEST_M, SMALLEST_M = 2.0, 0.002
+_MEASURABLE_M = (1e-12, 1e12)
 _FLAT_SHARE = 1e-5
 """A body thinner than this share of its length, or of less than this share of its box's cube, is no solid."""
 
@@ -105,13 +107,16 @@ def inspect(
             MeshProblem(
                 "nan",
                 f"{name} has {bad} {'vertex that is' if bad == 1 else 'vertices that are'} not finite",
-                "export it again",
+                "export it again, or drop them with a repair",
+                True,
             )
         )
     extents = np.ptp(vertices, axis=0)
     report = replace(report, extents_m=(float(extents[0]), float(extents[1]), float(extents[2])))
     if not extents.any():
         return refused(MeshProblem("flat", f"all vertices of {name} coincide", "export it again"))
+    if not _MEASURABLE_M[0] < extents.max() < _MEASURABLE_M[1]:  # products of such lengths may overflow
+        return refused(*_size_problems(name, extents))
 
     before = len(faces)
     vertices, faces = topology.weld(vertices, faces)
@@ -128,6 +133,10 @@ def inspect(
         )
 
     edges = topology.find_edges(faces, len(vertices))
+    if np.any(edges.count > 2) and len(single := topology.without_backs(faces)) < len(faces):
+        repairs.append(f"{counted(len(single), 'triangle')} dropped that repeated another one's back")
+        faces, edges = single, topology.find_edges(single, len(vertices))
+        report = replace(report, triangles=len(faces))
     body = topology.bodies(faces, edges)
     bodies = int(body.max()) + 1
     watertight = bool(np.all(edges.count == 2))
@@ -180,14 +189,6 @@ def _size_problems(name: str, extents: FloatArray) -> list[MeshProblem]:
     guess = guess_scale(largest)
     remedy = f"try object.scale={guess:g}" if guess else "set object.scale so that it measures 0.03 to 0.2 m"
     return [MeshProblem("units", what, remedy)]
-
-
-def guess_scale(largest: float) -> float | None:
-    """Return the metres per unit that make something of this size fit a hand; None when no unit does."""
-    for scale in (1.0, 0.001, 0.01, 0.0254, 1000.0):  # m, mm, cm, inch, and metres written as km
-        if 0.02 <= largest * scale <= 0.5:
-            return scale
-    return None
 
 
 def counted(number: int, noun: str, plural: str | None = None) -> str:
@@ -243,16 +244,19 @@ def _outward(
 
 
 def _genera(faces: IntArray, body: IntArray, bodies: int) -> list[int]:
-    return [
-        topology.genus(len(np.unique(part)), len(part)) for part in (faces[body == k] for k in range(bodies))
-    ]
+    # After the split no vertex belongs to two bodies.
+    owner = np.full(int(faces.max()) + 1, -1, dtype=np.int64)
+    owner[faces] = body[:, None]
+    n_vertices = np.bincount(owner[owner >= 0], minlength=bodies)
+    n_faces = np.bincount(body, minlength=bodies)
+    return [topology.genus(int(v), int(f)) for v, f in zip(n_vertices, n_faces, strict=True)]
 
 
 def _solid_problems(
     name: str, volumes: FloatArray, genera: list[int], extents: FloatArray
 ) -> list[MeshProblem]:
     if volumes.max() < _FLAT_SHARE * float(extents.max()) ** 3:
-        return [MeshProblem("flat", f"{name} encloses no volume", "export a solid, not a sheet")]
+        return [MeshProblem("flat", f"{name} encloses next to no volume", "export a solid, not a sheet")]
     handles = sum(genera)
     if handles == 0:
         return []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from pathlib import Path
 
@@ -9,12 +10,23 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
+from graspbench.geometry.text_formats import read_text_mesh
 
 FORMATS = ("obj", "stl", "ply", "glb", "off")
 
 MAX_FILE_BYTES = 400_000_000
 MAX_TRIANGLES = 3_000_000
 """More than any scan of a graspable object needs; reading stays below 2 GB of memory."""
+
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+_NO_MESHES = {
+    b"version https://git-lfs": ("a pointer of Git LFS, not the mesh itself", "fetch it with git lfs pull"),
+    b"<!doctype html": ("a web page, not a mesh", "download the file itself"),
+    b"<html": ("a web page, not a mesh", "download the file itself"),
+    b"pk\x03\x04": ("a zip archive, not a mesh", "unpack it"),
+}
+"""What stands in place of a mesh after a download that went wrong: what it is, and what to do."""
 
 
 def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
@@ -26,6 +38,27 @@ def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
         MeshError: The file is missing, empty, too large, of another format, or broken.
     """
     file = Path(path).expanduser()
+    suffix = _check_file(file, path)
+    try:
+        vertices, faces = _parse(file, suffix)
+    except OSError as error:
+        raise MeshError(
+            f"{path} cannot be read ({error.strerror or error})",
+            remedy="check its permissions",
+            kind="missing",
+            path=str(path),
+        ) from None
+    if len(faces) == 0:
+        what = "points but no triangles" if len(vertices) else "no mesh"
+        remedy = "make a surface of the points before" if len(vertices) else "export a triangle mesh"
+        raise MeshError(f"{file.name} holds {what}", remedy=remedy, kind="empty", path=str(path))
+    if len(faces) > MAX_TRIANGLES:
+        raise _too_many(file, len(faces))
+    return vertices, faces
+
+
+def _check_file(file: Path, path: str | Path) -> str:
+    """Return the suffix of a file that is worth opening."""
     data = {"path": str(path)}
     if not file.exists():
         raise MeshError(f"there is no mesh file {path}", remedy="check the path", kind="missing", **data)
@@ -46,7 +79,9 @@ def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
         )
     size = file.stat().st_size
     if size == 0:
-        raise MeshError(f"{file.name} is an empty file", kind="empty", **data)
+        raise MeshError(
+            f"{file.name} is an empty file", remedy="copy or export it again", kind="empty", **data
+        )
     if size > MAX_FILE_BYTES:
         raise MeshError(
             f"{file.name} has {size / 1e6:.0f} MB, more than the {MAX_FILE_BYTES / 1e6:.0f} MB that are read",
@@ -54,69 +89,117 @@ def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
             kind="too_large",
             **data,
         )
-    if (announced := _announced_triangles(file, suffix)) > MAX_TRIANGLES:
-        raise _too_many(file, announced)
-    vertices, faces = _parse(file, suffix)
-    if len(faces) == 0:
-        what = "no triangles" if len(vertices) else "no mesh"
-        raise MeshError(f"{file.name} holds {what}", remedy="export a triangle mesh", kind="empty", **data)
-    if len(faces) > MAX_TRIANGLES:
-        raise _too_many(file, len(faces))
-    return vertices, faces
+    return suffix
 
 
 def _parse(file: Path, suffix: str) -> tuple[FloatArray, IntArray]:
+    with file.open("rb") as stream:
+        head = stream.read(4096)
+    for start, (what, remedy) in _NO_MESHES.items():
+        if head.lstrip()[: len(start)].lower() == start:
+            raise MeshError(f"{file.name} is {what}", remedy=remedy, kind="broken", path=str(file))
+    if suffix == "stl" and not _is_ascii_stl(file, head):
+        return _read_binary_stl(file, head)
+    if suffix in ("stl", "obj", "off"):
+        return read_text_mesh(file, suffix, MAX_TRIANGLES)
+    if (announced := _announced_length(file, suffix, head)) > 3 * MAX_TRIANGLES:
+        raise MeshError(
+            f"{file.name} announces an array of {announced}, more than the {3 * MAX_TRIANGLES} that are read",
+            remedy="simplify the mesh before, or copy it again if it is not so large",
+            kind="too_large",
+            path=str(file),
+        )
+    return _read_scene(file, suffix)
+
+
+def _is_ascii_stl(file: Path, head: bytes) -> bool:
+    """Whether an STL file is text; binary ones may begin with the word solid all the same."""
+    text = head[2:] if head[:2] in (b"\xff\xfe", b"\xfe\xff") else head.removeprefix(b"\xef\xbb\xbf")
+    if len(head) >= 84 and file.stat().st_size == 84 + 50 * _stl_count(head):
+        return False
+    begins = text.replace(b"\0", b"").lstrip()[:5].lower() == b"solid"
+    return begins and (b"facet" in text.replace(b"\0", b"").lower() or b"endsolid" in text or len(head) < 84)
+
+
+def _stl_count(head: bytes) -> int:
+    return int(struct.unpack_from("<I", head, 80)[0])
+
+
+def _read_binary_stl(file: Path, head: bytes) -> tuple[FloatArray, IntArray]:
+    size = file.stat().st_size
+    count = _stl_count(head) if len(head) >= 84 else 0
+    if len(head) < 84 or count > (size - 84) // 50:
+        there = max(0, (size - 84) // 50)
+        raise MeshError(
+            f"{file.name} cannot be read as .stl (it is cut off or no STL: {there} of {count} triangles)",
+            remedy="copy or export it again",
+            kind="broken",
+            path=str(file),
+        )
+    if count > MAX_TRIANGLES:
+        raise _too_many(file, count)
+    triangles = np.fromfile(file, dtype=_STL_TRIANGLE, count=count, offset=84)
+    vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _read_scene(file: Path, suffix: str) -> tuple[FloatArray, IntArray]:
     import trimesh
 
     try:
         with np.errstate(all="ignore"):
             loaded = trimesh.load_scene(file, file_type=suffix, process=False, skip_materials=True)
             pieces = [g for g in loaded.dump() if isinstance(g, trimesh.Trimesh)]
+            points = sum(len(g.vertices) for g in loaded.geometry.values() if hasattr(g, "vertices"))
         vertices = [np.asarray(piece.vertices, dtype=np.float64).reshape(-1, 3) for piece in pieces]
         faces = [np.asarray(piece.faces, dtype=np.int64).reshape(-1, 3) for piece in pieces]
-        for points, triangles in zip(vertices, faces, strict=True):
-            if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
-                raise MeshError(
-                    f"{file.name} has triangles with corners that do not exist", kind="broken", path=str(file)
-                )
-    except MeshError:
+    except OSError:
         raise
-    except (Exception, RecursionError) as error:  # a parser may raise anything on a broken file
+    except (Exception, RecursionError):  # a parser may raise anything on a broken file
         raise MeshError(
-            f"{file.name} cannot be read as .{suffix}{_detail(error)}",
-            remedy="export it again, or check that it is a mesh",
+            f"{file.name} cannot be read as .{suffix} (it is cut off or broken)",
+            remedy="copy it again, or export it as triangles",
             kind="broken",
             path=str(file),
         ) from None
-    offsets = np.cumsum([0, *[len(points) for points in vertices]])
-    return (
-        np.concatenate([np.zeros((0, 3)), *vertices]),
-        np.concatenate(
-            [np.zeros((0, 3), dtype=np.int64), *(f + o for f, o in zip(faces, offsets, strict=False))]
-        ),
-    )
-
-
-def _announced_triangles(file: Path, suffix: str) -> int:
-    """Return how many triangles a file's header announces, 0 when it does not say."""
-    with file.open("rb") as stream:
-        head = stream.read(4096)
-    if suffix == "stl" and not head.lstrip().startswith(b"solid") and len(head) >= 84:
-        count = int(struct.unpack_from("<I", head, 80)[0])
-        if count <= MAX_TRIANGLES and file.stat().st_size < 84 + 50 * count:
+    for corners, triangles in zip(vertices, faces, strict=True):
+        if triangles.size and (triangles.min() < 0 or triangles.max() >= len(corners)):
             raise MeshError(
-                f"{file.name} cannot be read as .stl (it is cut off before its {count} triangles end)",
+                f"{file.name} has triangles with corners that do not exist",
                 remedy="copy or export it again",
                 kind="broken",
                 path=str(file),
             )
-        return count
-    if suffix == "ply":
-        for line in head.split(b"\n"):
-            words = line.split()
-            if words[:2] == [b"element", b"face"] and words[2:] and words[2].isdigit():
-                return int(words[2])
-    return 0
+    if not pieces:
+        return np.zeros((points, 3)), np.zeros((0, 3), dtype=np.int64)
+    offsets = np.cumsum([0, *[len(corners) for corners in vertices]])
+    return np.concatenate(vertices), np.concatenate([f + o for f, o in zip(faces, offsets[:-1], strict=True)])
+
+
+def _announced_length(file: Path, suffix: str, head: bytes) -> int:
+    """Return the longest array that a header announces, 0 when it does not say."""
+    if suffix == "glb":
+        return _largest_accessor(file)
+    rows = (line.split() for line in head.split(b"end_header")[0].split(b"\n"))
+    return max(
+        (int(row[2]) for row in rows if row[:1] == [b"element"] and len(row) == 3 and row[2].isdigit()),
+        default=0,
+    )
+
+
+def _largest_accessor(file: Path) -> int:
+    """Return the longest array that a binary glTF announces: sparse ones may be of any length."""
+    with file.open("rb") as stream:
+        header = stream.read(20)
+        if len(header) < 20 or header[:4] != b"glTF":
+            return 0
+        length = struct.unpack_from("<I", header, 12)[0]
+        text = stream.read(min(length, MAX_FILE_BYTES))
+    try:
+        accessors = json.loads(text)["accessors"]
+        return max(int(accessor["count"]) for accessor in accessors)
+    except (ValueError, KeyError, TypeError, RecursionError):  # the parser will say what is wrong
+        return 0
 
 
 def _too_many(file: Path, count: int) -> MeshError:
@@ -127,9 +210,3 @@ def _too_many(file: Path, count: int) -> MeshError:
         path=str(file),
         triangles=count,
     )
-
-
-def _detail(error: BaseException) -> str:
-    """Return what a parser said, cut to a short clause."""
-    said = " ".join(str(error).split()).rstrip(".")
-    return f" ({said[:80]})" if said else ""

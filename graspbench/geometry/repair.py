@@ -20,37 +20,71 @@ _RIVAL_SHARE = 0.25
 _TOLERATED_SHARE = 0.01
 """Self-intersections in this share of the triangles are wrinkles of a scan, and harm nothing."""
 
+_WIDE_SHARE = 0.3
+"""A hole of this share of the body's size is no gap of a scan: what closes it is a guess."""
+
 _MAX_PIECES = 2000
 
+_BEYOND_REPAIR = "remesh it in a modelling program, since the repair could not put it right"
 
-def repair(vertices: FloatArray, faces: IntArray, name: str) -> tuple[FloatArray, IntArray, MeshReport]:
-    """Close, join and sort out a triangle set in metres, as :func:`graspbench.geometry.repair_mesh` says."""
+
+def repair(
+    vertices: FloatArray, faces: IntArray, name: str, *, trusted: bool = False
+) -> tuple[FloatArray, IntArray, MeshReport]:
+    """Close, join and sort out a triangle set in metres, as :func:`graspbench.geometry.repair_mesh` says.
+
+    Args:
+        vertices: Shape (n, 3), m.
+        faces: Shape (m, 3).
+        name: What to call it in sentences.
+        trusted: Do not look for self-intersections.
+    """
     done: list[str] = []
     broken = ~np.all(np.isfinite(vertices), axis=1)
     if np.any(lost := broken[faces].any(axis=1)):
         done.append(f"{counted(int(lost.sum()), 'triangle')} dropped whose corners are not finite")
         vertices, faces = np.where(broken[:, None], 0.0, vertices), faces[~lost]
-    vertices, faces, report = inspect(vertices, faces, name)
+    vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
     done += report.repairs
     beyond = [problem for problem in report.problems if not problem.repairable]
     if beyond and {problem.kind for problem in beyond} != {"genus"}:
         raise replace(report, problems=tuple(beyond)).error()
+    warnings: list[str] = []
     if not report.usable:
-        solids = _closed_bodies(vertices, faces, name, done)
+        solids = _closed_bodies(vertices, faces, name, done, warnings)
         vertices, faces = _one_body(solids, name, done)
-        vertices, faces, report = inspect(vertices, faces, name)
-    pierced = [problem for problem in report.problems if problem.kind == "self_intersecting"]
-    if pierced and report.self_intersecting <= _TOLERATED_SHARE * report.triangles:
-        rest = tuple(problem for problem in report.problems if problem not in pierced)
-        warning = f"{report.self_intersecting} triangles are pierced by others, few enough to leave them"
-        report = replace(report, usable=not rest, problems=rest, warnings=(*report.warnings, warning))
-    report = replace(report, repairs=(*done, *(r for r in report.repairs if r not in done)))
+        vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
+    report = tolerate_wrinkles(
+        replace(
+            report,
+            repairs=(*done, *(r for r in report.repairs if r not in done)),
+            warnings=(*report.warnings, *warnings),
+        )
+    )
     if not report.usable:
         raise report.error()
     return vertices, faces, report
 
 
-def _closed_bodies(vertices: FloatArray, faces: IntArray, name: str, done: list[str]) -> list[Any]:
+def tolerate_wrinkles(report: MeshReport) -> MeshReport:
+    """Turn few self-intersections into a warning; whatever else a repair has left, it cannot put right."""
+    problems, warnings = [], list(report.warnings)
+    few = report.self_intersecting <= _TOLERATED_SHARE * report.triangles
+    for problem in report.problems:
+        if problem.kind == "self_intersecting" and few:
+            warnings.append(
+                f"{report.self_intersecting} triangles are pierced by others, few enough to leave them"
+            )
+        elif problem.repairable:
+            problems.append(replace(problem, remedy=_BEYOND_REPAIR, repairable=False))
+        else:
+            problems.append(problem)
+    return replace(report, usable=not problems, problems=tuple(problems), warnings=tuple(warnings))
+
+
+def _closed_bodies(
+    vertices: FloatArray, faces: IntArray, name: str, done: list[str], warnings: list[str]
+) -> list[Any]:
     """Take the mesh apart into bodies, close each, and return those that enclose a volume, largest first."""
     edges = topology.find_edges(faces, len(vertices))
     oriented = topology.orient(faces, edges)
@@ -62,8 +96,9 @@ def _closed_bodies(vertices: FloatArray, faces: IntArray, name: str, done: list[
     if (pieces := int(body.max()) + 1) > _MAX_PIECES:
         raise MeshError(f"{name} is in {pieces} pieces", remedy="export one closed surface", kind="bodies")
     holes, widest, dropped, torn, solids = 0, 0.0, 0, 0, []
-    for label in range(int(body.max()) + 1):
-        points, triangles = topology.without_unused(vertices, faces[body == label])
+    order = np.argsort(body, kind="stable")
+    for members in np.split(order, np.cumsum(np.bincount(body))[:-1]):
+        points, triangles = _compact(vertices, faces[members])
         points, triangles, closed, width = _close_holes(points, triangles)
         if signed_volume(points, triangles) < 0.0:
             triangles = triangles[:, ::-1]
@@ -76,7 +111,11 @@ def _closed_bodies(vertices: FloatArray, faces: IntArray, name: str, done: list[
         solids.append(solid)
     if holes:
         done.append(f"{counted(holes, 'hole')} closed, the widest {1e3 * widest:.1f} mm across")
-    if torn and (not solids or max(_size(solid) for solid in solids) < 0.8 * np.ptp(vertices, axis=0).max()):
+    size = float(np.ptp(vertices, axis=0).max())
+    if widest > _WIDE_SHARE * size:
+        wide = f"{1e3 * widest:.0f} mm"
+        warnings.append(f"a hole {wide} wide was closed by a guess, so compare it with the real object")
+    if torn and (not solids or max(_size(solid) for solid in solids) < 0.8 * size):
         raise MeshError(f"{name} is too torn to be closed", remedy="remesh it", kind="open")
     if dropped:
         done.append(f"{counted(dropped, 'piece')} dropped for enclosing no volume")
@@ -88,31 +127,52 @@ def _size(solid: Any) -> float:
     return float((high - low).max())
 
 
+def _compact(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return a part of a mesh with its own vertices only; its cost does not grow with the whole."""
+    used, corners = np.unique(faces, return_inverse=True)
+    return vertices[used], corners.reshape(-1, 3)
+
+
 def _close_holes(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, int, float]:
     """Close every hole of one body with a fan; return also their number and the widest one's size."""
     edges = topology.find_edges(faces, len(vertices))
-    vertices, faces, _ = topology.split_fans(vertices, faces, edges)
-    edges = topology.find_edges(faces, len(vertices))
     side, corner = np.nonzero(edges.count[edges.of_side] == 1)
-    following = dict(zip(faces[side, (corner + 1) % 3].tolist(), faces[side, corner].tolist(), strict=True))
-    new_points: list[FloatArray] = []
-    new_faces: list[list[int]] = []
-    widest, holes = 0.0, 0
-    while following:
-        start, vertex = next(iter(following.items()))
-        del following[start]
-        loop = [start]
-        while vertex != start and vertex in following:
-            loop.append(vertex)
-            vertex = following.pop(vertex)
-        rim = vertices[loop]
-        holes, widest = holes + 1, max(widest, float(np.ptp(rim, axis=0).max()))
-        centre = len(vertices) + len(new_points)
-        new_points.append(rim.mean(axis=0))
-        new_faces += [[loop[i], loop[(i + 1) % len(loop)], centre] for i in range(len(loop))]
-    if new_faces:
-        vertices, faces = np.concatenate([vertices, new_points]), np.concatenate([faces, new_faces])
-    return vertices, faces, holes, widest
+    loops = _simple_loops(faces[side, (corner + 1) % 3], faces[side, corner])
+    if loops:
+        rims = [vertices[loop] for loop in loops]
+        centres = len(vertices) + np.arange(len(loops))
+        fans = [
+            np.stack([loop, np.roll(loop, -1), np.full(len(loop), centre)], axis=1)
+            for loop, centre in zip(loops, centres, strict=True)
+        ]
+        vertices = np.concatenate([vertices, [rim.mean(axis=0) for rim in rims]])
+        faces = np.concatenate([faces, *fans])
+    widest = max((float(np.ptp(rim, axis=0).max()) for rim in rims), default=0.0) if loops else 0.0
+    vertices, faces, _ = topology.split_fans(vertices, faces, topology.find_edges(faces, len(vertices)))
+    return vertices, faces, len(loops), widest
+
+
+def _simple_loops(start: IntArray, end: IntArray) -> list[IntArray]:
+    """Return the closed loops of directed edges, none of which passes a vertex twice."""
+    following: dict[int, list[int]] = {}
+    for a, b in zip(start.tolist(), end.tolist(), strict=True):
+        following.setdefault(a, []).append(b)
+    loops: list[IntArray] = []
+    for first in list(following):
+        while following[first]:
+            path, position = [first], {first: 0}
+            while following.get(path[-1]):
+                vertex = following[path[-1]].pop()
+                if vertex in position:  # a hole ends here, though its rim may touch the next one's
+                    loop = path[position[vertex] :]
+                    loops.append(np.array(loop, dtype=np.int64))
+                    for passed in loop[1:]:
+                        del position[passed]
+                    del path[position[vertex] + 1 :]
+                else:
+                    position[vertex] = len(path)
+                    path.append(vertex)
+    return loops
 
 
 def _one_body(solids: list[Any], name: str, done: list[str]) -> tuple[FloatArray, IntArray]:

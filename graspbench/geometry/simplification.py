@@ -12,14 +12,16 @@ def simplify(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArra
 
     Returns:
         Vertices, triangles, and the length of the edges collapsed, m; the mesh itself and 0 when nothing
-        can be done or needs to be.
+        can be done or needs to be. A surface too rough for a few steps keeps more triangles.
     """
     if len(faces) <= MAX_KEPT_TRIANGLES:
         return vertices, faces, 0.0
     solid = to_manifold(vertices, faces)
     size = float((vertices.max(axis=0) - vertices.min(axis=0)).max())
-    tolerance = 1e-4 * size
+    tolerance, effort = 1e-4 * size, 0
     while not solid.is_empty() and solid.num_tri() > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size:
+        if (effort := effort + solid.num_tri()) > 3 * len(faces) + 1_000_000:
+            break  # so rough that a millimetre's tolerance would not help: it would take minutes
         solid = solid.simplify(tolerance)
         tolerance *= 1.5
     if solid.is_empty() or solid.num_tri() >= len(faces):

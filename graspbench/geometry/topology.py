@@ -44,18 +44,28 @@ def weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
         faces: Shape (m, 3).
     """
     size = float(np.ptp(vertices, axis=0).max(initial=0.0)) or 1.0
-    grid = np.round((vertices - vertices.min(axis=0)) / (_WELD_SHARE * size)).astype(np.int64)
     # One number a vertex sorts much faster than rows do; 21 bits hold the 1e6 cells of an axis.
-    cell = (grid[:, 0] << 42) | (grid[:, 1] << 21) | grid[:, 2]
+    cell = np.zeros(len(vertices), dtype=np.int64)
+    for axis in range(3):  # one after the other, for the memory's sake
+        offset = vertices[:, axis] - vertices[:, axis].min()
+        cell = (cell << 21) | np.round(offset / (_WELD_SHARE * size)).astype(np.int64)
     _, first, label = np.unique(cell, return_index=True, return_inverse=True)
-    kept = np.sort(first)
-    merged = np.searchsorted(kept, first[label])[faces]
+    del cell
+    is_kept = np.zeros(len(vertices), dtype=bool)
+    is_kept[first] = True
+    merged = ((np.cumsum(is_kept) - 1)[first])[label][faces]
+    kept = np.flatnonzero(is_kept)
     a, b, c = merged.T
     merged = merged[(a != b) & (b != c) & (c != a)]
     lowest = np.argmin(merged, axis=1)[:, None]
     canonical = np.take_along_axis(merged, (lowest + np.arange(3)) % 3, axis=1)
-    _, unique = np.unique(canonical, axis=0, return_index=True)
-    return without_unused(vertices[kept], merged[np.sort(unique)])
+    return without_unused(vertices[kept], merged[_first_of_equal(canonical)])
+
+
+def without_backs(faces: IntArray) -> IntArray:
+    """Drop the second of two triangles that are each other's reverse, if all of them come in such pairs."""
+    kept = _first_of_equal(np.sort(faces, axis=1))
+    return faces[kept] if 2 * int(kept.sum()) == len(faces) else faces
 
 
 def without_unused(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
@@ -174,6 +184,15 @@ def genus(vertex_count: int, face_count: int) -> int:
 def _next_corner(flat: IntArray) -> IntArray:
     following: IntArray = np.where(flat % 3 == 2, flat - 2, flat + 1)
     return following
+
+
+def _first_of_equal(rows: IntArray) -> BoolArray:
+    """Return which rows, shape (m, 3), come for the first time, shape (m,)."""
+    order = np.lexsort(rows.T)  # stable: the first of equals stays first
+    ordered = rows[order]
+    first = np.ones(len(rows), dtype=bool)
+    first[order[1:]] = np.any(ordered[1:] != ordered[:-1], axis=1)
+    return first
 
 
 def _labels(graph: "coo_array") -> IntArray:

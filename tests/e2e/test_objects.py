@@ -36,6 +36,10 @@ def test_good_and_bad_meshes_are_told_apart(cli, tmp_path):
     assert [row["usable"] for row in rows] == [True, False, False]
     assert rows[1]["problems"][0]["repairable"]
     assert not rows[2]["problems"][0]["repairable"]
+    assert [row["usable_after_repair"] for row in rows] == [True, True, False]
+    assert rows[0]["verdict"] == "ball.stl can be used as it is."
+    assert "object.repair=true makes it usable: 3 holes were closed" in rows[1]["verdict"]
+    assert all(row["verdict"].endswith(".") and "\n" not in row["verdict"] for row in rows)
 
 
 def test_a_repaired_copy_can_be_used(cli, tmp_path):

@@ -1,14 +1,14 @@
 """Fifty meshes that nobody wants: each is refused or repaired with one clear sentence."""
 
+import json
 import struct
 
 import numpy as np
 import pytest
 import trimesh
 
-from graspbench.errors import MeshError
+from graspbench.errors import ConfigurationError, MeshError
 from graspbench.geometry import ObjectParameters, check_mesh, load_mesh, load_object, repair_mesh
-from graspbench.geometry.reading import MAX_TRIANGLES
 from graspbench.geometry.star_surface import cube_sphere
 
 REFUSED = "refused"
@@ -114,6 +114,16 @@ def walled_box():
     return mesh(np.vstack([body.vertices, [[0, 0, 0]]]), np.vstack([body.faces, wall]))
 
 
+def touching_triangles(body):
+    """Return two triangles that share one corner and nothing else."""
+    corner = body.faces[0, 0]
+    for other in np.flatnonzero((body.faces == corner).any(axis=1)):
+        if len(set(body.faces[0]) | set(body.faces[other])) == 5:
+            return (0, other)
+    raise AssertionError
+
+
+TOUCHING = touching_triangles(ball())
 TUBE = trimesh.creation.cylinder(0.02, 0.08)
 
 # fmt: off
@@ -164,6 +174,13 @@ MESHES = {
     "three sheets in one edge": (fan_book(), "open", REFUSED),
     "wall inside": (walled_box(), "non_manifold", "joined into 1"),
     "every triangle twice": (mesh(ball().vertices, np.vstack([ball().faces] * 2)), None, "768 degenerate or"),
+    "holes that touch": (without(ball(), ~np.isin(np.arange(768), TOUCHING)), "open", "2 holes were"),
+    "both sides of everything": (
+        mesh(ball().vertices, np.vstack([ball().faces, ball().faces[:, ::-1]])),
+        None,
+        "768 triangles were dropped that repeated another one's back",
+    ),
+    "as large as numbers go": (mesh(1e300 * ball().vertices, ball().faces), "units", REFUSED),
     "unmerged corners": (mesh(ball().triangles.reshape(-1, 3), np.arange(768 * 3).reshape(-1, 3)), None, ""),
     "triangle soup": (
         mesh(np.random.default_rng(1).uniform(-0.05, 0.05, (300, 3)), np.arange(300).reshape(-1, 3)),
@@ -174,20 +191,37 @@ MESHES = {
 # fmt: on
 
 BINARY_STL = b"x" * 80
+ASCII_STL = trimesh.exchange.stl.export_stl_ascii(box()).encode()
+
+
+def glb(content):
+    text = json.dumps(content).encode()
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
+
+
 FILES = {
     "nothing.stl": (b"", "empty", "empty file"),
     "text.obj": (b"I am not a mesh.\n", None, "holds no"),
-    "points only.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "empty", "holds no"),
+    "points only.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "empty", "points but no triangles"),
     "missing corner.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "broken", ""),
     "picture.stl": (b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 4, None, ""),
     "cut off.stl": (BINARY_STL + struct.pack("<I", 100) + bytes(70), "broken", "cut off"),
-    "two million.stl": (BINARY_STL + struct.pack("<I", 2**31), "too_large", f"more than the {MAX_TRIANGLES}"),
-    "header.ply": (b"ply\nformat ascii 1.0\nelement vertex 10\n", "broken", "cannot be read"),
+    "millions of nothing.stl": (BINARY_STL + struct.pack("<I", 2**31), "broken", "0 of 2147483648 triangles"),
+    "header.ply": (b"ply\nformat ascii 1.0\nelement vertex 10\n", "broken", "cut off or broken"),
     "endless.ply": (
         b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nelement face 99999999999\nend_header\n",
         "too_large",
-        "99999999999 triangles",
+        "array of 99999999999",
     ),
+    "endless.glb": (glb({"accessors": [{"count": 10**12}]}), "too_large", "array of 1000000000000"),
+    "corner zero.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "broken", "line 4 has a corner"),
+    "plane.obj": (b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n", "broken", "'0 0' is no point"),
+    "cut off text.stl": (ASCII_STL[: len(ASCII_STL) // 2], "broken", "cut off before endsolid"),
+    "comma.stl": (ASCII_STL.replace(b".", b","), "broken", "is no point"),
+    "cut off.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "broken", "cut off before its 3 vertices"),
+    "page.stl": (b"<!DOCTYPE html><html>404</html>", "broken", "web page"),
+    "pointer.obj": (b"version https://git-lfs.github.com/spec/v1\n", "broken", "Git LFS"),
+    "archive.ply": (b"PK\x03\x04" + bytes(99), "broken", "zip archive"),
     "words.off": (b"OFF\n3 1 0\na b c\n", "broken", "cannot be read"),
     "wrong.glb": (b"glTF\x02\x00\x00\x00\xff\xff\xff\x7f" + bytes(40), "broken", "cannot be read"),
     "drawing.step": (b"ISO-10303-21;", "format", "no mesh format"),
@@ -269,6 +303,58 @@ def test_wrong_units_come_with_a_scale_to_try(factor, scale):
     report = check_mesh(box(*(factor * size * np.array([1.0, 0.7, 0.5]))))
     (problem,) = report.problems
     assert f"object.scale={scale}" in str(problem) or scale == "0.0254"
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"),
+    [(1.0, "metres"), (1000.0, "millimetres"), (100.0, "centimetres"), (1e-3, "kilometres")],
+)
+def test_units_are_guessed_on_request_with_a_warning(factor, unit, tmp_path):
+    path = tmp_path / "brick.ply"
+    box(*(factor * np.array([0.1, 0.07, 0.05]))).export(path)
+    model = load_object(ObjectParameters(mesh=str(path), scale="guess"))
+    np.testing.assert_allclose(model.extents_m, [0.1, 0.07, 0.05], rtol=1e-5)
+    (warning,) = model.report.warnings
+    assert f"guessed to be in {unit}" in warning
+    assert "100 mm" in warning
+    assert not load_object(ObjectParameters(mesh=str(path), scale=1.0 / factor)).report.warnings
+
+
+def test_no_unit_is_guessed_for_a_house_or_for_a_shape(tmp_path):
+    path = tmp_path / "house.ply"
+    box(9e9, 8e9, 9e9).export(path)
+    assert "no usual unit" in str(check_mesh(path, scale="guess").problems[0])
+    with pytest.raises(ConfigurationError, match="whose size is known"):
+        load_object(ObjectParameters(name="sphere", scale="guess"))
+
+
+def test_a_wide_hole_is_closed_with_a_warning_a_gap_without():
+    assert not repair_mesh(MESHES["one hole"][0])[1].warnings
+    (warning,) = repair_mesh(MESHES["half a ball"][0])[1].warnings
+    assert "60 mm wide was closed by a guess" in warning
+
+
+def test_text_in_utf_16_and_trailing_bytes_are_read(tmp_path):
+    path = tmp_path / "box.stl"
+    for content in (
+        ASCII_STL.decode().encode("utf-16"),
+        ASCII_STL.replace(b"\n", b"\r\n"),
+        trimesh.exchange.stl.export_stl(box()) + bytes(300),
+        b"solid with a binary body".ljust(80) + trimesh.exchange.stl.export_stl(box())[80:],
+    ):
+        path.write_bytes(content)
+        assert load_mesh(path).volume == pytest.approx(box().volume, rel=1e-5)
+
+
+def test_obj_polygons_count_from_both_ends(tmp_path):
+    path = tmp_path / "pyramid.obj"
+    path.write_text(
+        "mtllib none.mtl\nv 0 0 0 1 0 0\nv .04 0 0\nv .04 .04 0\nv 0 .04 0\nvn 0 0 1\nv .02 .02 .03\n"
+        "f 4//1 3//1 2//1 1//1\nf -5 -4 -1\nf 2/7 3/7 5/7\nf 3 4 5\nf 4 1 5 # the last\n"
+    )
+    mesh = load_mesh(path)
+    assert (len(mesh.vertices), len(mesh.faces)) == (5, 6)
+    assert mesh.volume == pytest.approx(0.04**2 * 0.03 / 3)
 
 
 def test_a_part_of_random_bytes_never_crashes(tmp_path):
