@@ -109,6 +109,5 @@ def _search(config: TrialConfig, measure: str, surface: Surface) -> GlobalResult
 def _limits(config: TrialConfig, surface: Surface) -> Limits:
     search = config.search
     checker = GraspChecker(load_hand(config.hand), 0.0 if config.surface.ground else None)
-    middles = surface.points[surface.network.faces].mean(axis=1)
-    checker.set_object(np.concatenate((surface.points, middles)))
+    checker.set_object(surface.points, surface.network.faces)
     return Limits(checker, search.centre_tolerance_m, search.phi_cei_deg, search.phi_eegi_deg)

@@ -49,7 +49,7 @@ def warm_up_hand() -> None:
 
     surface = _ball()
     checker = GraspChecker(load_hand(load_config().hand))
-    checker.set_object(surface.points)
+    checker.set_object(surface.points, surface.network.faces)
     angles = np.deg2rad([90.0, 210.0, 330.0])
     normals = np.stack((np.cos(angles), np.sin(angles), np.zeros(3)), axis=1)
     posture = checker.place(surface.centroid + 0.03 * normals, normals)

@@ -11,8 +11,9 @@ from graspbench.hand.chains import PREFERRED
 from graspbench.hand.collision import measure_clearances
 from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
-from graspbench.hand.obstacle import make_obstacle, outside
+from graspbench.hand.obstacle import make_obstacle
 from graspbench.hand.parameters import Margins
+from graspbench.hand.penetration import DEPTH_M, balls_sink, links_sink, triangles_of
 from graspbench.hand.placement import improve
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.reach import pair_limit
@@ -24,8 +25,7 @@ COLD_STARTS = 12
 REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 25, 10
 GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
-GOOD_ENOUGH = 0.5
-SINK_M = 5e-5  # of a tip between the object's points; between them it may sink a little deeper
+GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
 COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
@@ -68,13 +68,21 @@ class GraspChecker:
         self._tips = hand.tip_positions(hand.preferred)
         self._system = make_system(hand.chains, hand.shapes)
 
-    def set_object(self, points: FloatArray | None) -> None:
-        """Set the points of the object's surface that palm and links must keep clear of, shape (m, 3)."""
-        self._obstacle = make_obstacle(points)
+    def set_object(self, points: FloatArray | None, faces: IntArray | None = None) -> None:
+        """Set the object's surface that palm and links must keep clear of.
+
+        Args:
+            points: Shape (m, 3); None for no object.
+            faces: Its triangles, shape (t, 3); without, only the points are obstacles.
+        """
+        vertices = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
+        self._triangles = triangles_of(vertices, faces)
+        centres = vertices[:0] if faces is None else self._triangles.balls[:, :3]
+        self._obstacle = make_obstacle(np.concatenate((vertices, centres)))
+        # Fewer points guide the search; all of them, and the triangles at last, judge its result.
+        stride = max(1, -(-len(self._obstacle.points) // GUIDE_POINTS))
+        self._guide = make_obstacle(self._obstacle.points[::stride])
         self._failure: tuple[bytes, int, HandPosture] | None = None
-        # Fewer points guide the search; all of them judge its result.
-        stride = 1 if points is None else max(1, -(-len(points) // GUIDE_POINTS))
-        self._guide = make_obstacle(None if points is None else points[::stride])
 
     def place(
         self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
@@ -152,7 +160,9 @@ class GraspChecker:
         It must not hit the ground, nor sink into the object beside the contact, as it would in a crease.
         """
         points, normals = np.asarray(points, dtype=float), np.asarray(normals, dtype=float)
-        return self._above_ground(points, normals) & self._outside_object(points, normals)
+        free = self._above_ground(points, normals)
+        free[free] = self._outside_object(points[free], normals[free])
+        return free
 
     def _above_ground(self, points: FloatArray, normals: FloatArray) -> BoolArray:
         if self.ground_height_m is None:
@@ -161,8 +171,9 @@ class GraspChecker:
         return np.asarray(lowest >= self.ground_height_m + self.margins.ground_m)
 
     def _outside_object(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        radius = self.hand.tip_radius_m
-        return outside(self._obstacle, points + radius * normals, radius - SINK_M)
+        radius, sink = self.hand.tip_radius_m, np.zeros(len(points), dtype=np.bool_)
+        balls_sink(self._triangles, points + radius * normals, radius - DEPTH_M, sink)
+        return ~sink
 
     def _task(self, points: FloatArray, normals: FloatArray) -> Task:
         points = np.ascontiguousarray(points, dtype=float)
@@ -191,7 +202,7 @@ class GraspChecker:
         return self._assignments[m]
 
     def _cold(self, task: Task) -> tuple[int, HandPosture]:
-        """Try several starts: the first posture comfortable enough, or the most comfortable one."""
+        """Try several starts: the first posture comfortable enough, or the most comfortable of a few."""
         asked = task.points.tobytes() + task.normals.tobytes()
         if self._failure is not None and self._failure[0] == asked:
             return self._failure[1:]
@@ -206,13 +217,15 @@ class GraspChecker:
         )
         preferred = self.hand.chains.limits[:, :, PREFERRED]
         best: tuple[bool, float, int, HandPosture] | None = None
+        feasible = 0
         for pose, chosen in zip(poses, fingers, strict=True):
             joints = self._rest.copy()
             joints[chosen] = preferred[chosen]
             bits, score, posture = self._attempt(task, chosen, np.ascontiguousarray(pose), joints, cold=True)
             if best is None or (bits == 0, score) > best[:2]:
                 best = (bits == 0, score, bits, posture)
-            if best[0] and best[1] >= GOOD_ENOUGH:
+            feasible += bits == 0
+            if feasible == ENOUGH or (best[0] and best[1] >= GOOD_ENOUGH):
                 break
         assert best is not None
         if best[2]:
@@ -257,6 +270,18 @@ class GraspChecker:
             )
         measured = np.array([quantities[1], quantities[2], *clearances])
         failed = np.array([quantities[0] > TIP_TOLERANCE_M, *(measured < self._margins)])
+        if not np.any(failed):
+            # Only what would be accepted is worth the exact test.
+            failed[5] = links_sink(
+                hand.chains,
+                hand.shapes,
+                self._triangles,
+                contact_of,
+                pose,
+                joints,
+                self._system,
+                DEPTH_M,
+            )
         score = float(np.min(measured / COMFORT)) if not failed[0] else -float(quantities[0])
         return int(failed @ BITS), score, self._posture(pose, joints, fingers, quantities, clearances)
 

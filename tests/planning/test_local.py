@@ -157,7 +157,7 @@ class Refusing:
     def vertex_mask(self, points, normals):
         return np.ones(len(points), dtype=bool)
 
-    def set_object(self, points):
+    def set_object(self, points, faces=None):
         pass
 
 
