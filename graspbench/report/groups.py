@@ -62,7 +62,10 @@ def correlation_table(trials: pd.DataFrame) -> pd.DataFrame:
         name
         for name in trials.columns
         if name == "success"
-        or (str(name).startswith("execution.") and str(name).endswith(("slip_m", "turn_deg", "push_weight")))
+        or (
+            str(name).startswith("execution.")
+            and str(name).endswith(("slip_m", "drift_m", "turn_deg", "push_weight"))
+        )
     ]
     records = []
     for quality in (name for name in _QUALITIES if name in trials):

@@ -13,10 +13,12 @@ class ExecutionParameters:
     """Execution of the planned grasp in the physics simulation."""
 
     until: Annotated[
-        Literal["off", "contact", "hold", "pushes"],
-        Field(description="Last phase: off; contact; hold (squeeze, lift, hold, wrist rotation); pushes"),
+        Literal["off", "contact", "hold", "pushes", "shakes"],
+        Field(
+            description="Last phase: off; contact; hold (squeeze, lift, hold, wrist rotation); pushes; shakes"
+        ),
     ] = "hold"
-    time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.001
+    time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
     solver_iterations: Annotated[int, Field(ge=10, description="Constraint solver iterations a step")] = 60
     friction: Annotated[
         float,
@@ -67,6 +69,13 @@ class ExecutionParameters:
         10.0
     )
     push_time_s: Annotated[float, Field(gt=0, description="Time in which a push grows to its limit, s")] = 1.0
+    shake_amplitude_m: Annotated[
+        float, Field(gt=0, description="Amplitude of the wrist's shakes along x, y and z, m")
+    ] = 0.02
+    shake_frequency_hz: Annotated[
+        float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
+    ] = 4.0
+    shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0
 
 
 @dataclass(frozen=True)
@@ -91,17 +100,23 @@ class PhaseOutcome:
     """How one phase ended.
 
     Attributes:
-        name: squeeze, lift, hold, rotate or hold_rotated.
+        name: squeeze, lift, hold, rotate, hold_rotated, shake_x, shake_y or shake_z.
         contacts: Number of fingers in touch at its end.
-        slip_m: Drift of the object's centre in the palm frame since the end of the squeeze.
+        contacts_lost: Most fingers out of touch at any time in it.
+        slip_m: Net sliding, since the end of the squeeze, at the contact that slid farthest.
+        drift_m: Drift of the object's centre in the palm frame since then.
         turn_deg: Rotation of the object in the palm frame since then.
+        load_weight: Largest force that the motion asked for at the object's centre, multiples of its weight.
         held: Whether the object was still in the hand.
     """
 
     name: str
     contacts: int
+    contacts_lost: int
     slip_m: float
+    drift_m: float
     turn_deg: float
+    load_weight: float
     held: bool
 
 

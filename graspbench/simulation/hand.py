@@ -1,6 +1,7 @@
 """The hand in the physics simulation: driven by positions, then by torques; felt by its contacts."""
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters
-from graspbench.simulation.shapes import quaternion_of
+from graspbench.simulation.shapes import pose_of, quaternion_of
 from graspbench.simulation.world import World
 from graspbench.simulation.wrist import Mount
 
@@ -59,6 +60,7 @@ class SimulatedHand:
         self.body = self._load()
         ids, links = self._names()
         self._joint_ids = self._find(hand.joint_names, ids)
+        self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
         self._set_friction(parameters)
         mount.attach(self._client, self.body, ids)
@@ -89,25 +91,34 @@ class SimulatedHand:
             physicsClientId=self._client,
         )
 
-    def release_motors(self) -> None:
-        """Switch the fingers' motors off; torques move them from now on."""
-        n = len(self._joint_ids)
+    def drive_compliantly(self, torques: FloatArray, springs: FloatArray, velocities: FloatArray) -> None:
+        """Apply torques, and springs and dampers that no time step makes unstable, for the next step.
+
+        The springs are servos for the velocity at which spring and damper balance, limited to the torque of
+        both. They give exactly this torque to a joint that is held, and cannot overshoot in a joint that is
+        free, however light its link is.
+
+        Args:
+            torques: Applied in any case, shape (n_q,), N m.
+            springs: Torques of springs and dampers in the present state, shape (n_q,), N m.
+            velocities: At which they would vanish, shape (n_q,), rad/s.
+        """
+        limits = self.hand.effort_limits
+        applied = np.minimum(np.maximum(torques, -limits), limits)
+        left = np.minimum(np.abs(springs), limits - np.abs(applied))
         pybullet.setJointMotorControlArray(
             self.body,
             self._joint_ids,
             pybullet.VELOCITY_CONTROL,
-            forces=[0.0] * n,
+            targetVelocities=velocities.tolist(),
+            forces=left.tolist(),
             physicsClientId=self._client,
         )
-
-    def apply_torques(self, torques: FloatArray) -> None:
-        """Apply joint torques, shape (n_q,), for the next step, cut at the limits."""
-        limited = np.clip(torques, -self.hand.effort_limits, self.hand.effort_limits)
         pybullet.setJointMotorControlArray(
             self.body,
             self._joint_ids,
             pybullet.TORQUE_CONTROL,
-            forces=limited.tolist(),
+            forces=applied.tolist(),
             physicsClientId=self._client,
         )
 
@@ -115,6 +126,23 @@ class SimulatedHand:
         """Return joint positions and velocities, each shape (n_q,)."""
         states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
+
+    def is_near_object(self, distance_m: float) -> bool:
+        """Return whether any link is closer to the object than a distance."""
+        near = pybullet.getClosestPoints(
+            self.body, self.world.object_id, distance_m, physicsClientId=self._client
+        )
+        return bool(near)
+
+    def tip_poses(self, fingers: Sequence[int]) -> FloatArray:
+        """Return the poses of fingers' tip links in the world, shape (n, 4, 4)."""
+        states = pybullet.getLinkStates(
+            self.body,
+            [self._tip_ids[f] for f in fingers],
+            computeForwardKinematics=True,
+            physicsClientId=self._client,
+        )
+        return np.stack([pose_of(state[4], state[5]) for state in states])
 
     def touches(self, least_force_n: float) -> tuple[Touch | None, ...]:
         """Return every finger's contact with the object, None where the force is too small."""

@@ -1,25 +1,24 @@
-"""Does the grasp hold? Squeeze, lift, hold, tilt the wrist, and push until the object slips.
-
-The fingers are controlled by torques: each fingertip applies its share of the internal grip force and of the
-object's weight, and every joint is a soft spring around where it gripped (joint impedance).
-"""
+"""Does the grasp hold? Squeeze, lift, hold, tilt the wrist, push until the object slips, and shake."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio
 import pybullet
 from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.execute import Stage, tilt_axis, turn_deg
-from graspbench.simulation.execution import PhaseOutcome
-from graspbench.simulation.grip import grip_forces
+from graspbench.simulation.execution import ExecutionParameters, PhaseOutcome
+from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.hand import Touch
+from graspbench.simulation.slip import SlipMeter
+from graspbench.simulation.stage import Stage, tilt_axis, turn_deg
 
-_RENEW_S = 0.01
+_LOOK_S = 0.02
 _PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]
+
+PalmMotion = Callable[[float], FloatArray]
+"""Pose of the palm, shape (4, 4), for the share of a phase's time that has gone by, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +38,8 @@ class HoldOutcome:
     reason: str | None
 
 
-def hold_and_push(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> HoldOutcome:
-    """Squeeze, lift, hold, tilt and hold again; then push, if asked for.
+def hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> HoldOutcome:
+    """Squeeze, lift, hold, tilt and hold again; then push and shake, as far as it is asked for.
 
     Args:
         stage: Hand and object, all fingers in touch.
@@ -49,112 +48,136 @@ def hold_and_push(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touc
     """
     p = stage.parameters
     grip = _Grip(stage, fingers, touches)
-    if not grip.squeeze():
-        return HoldOutcome(grip.mean_force_n, tuple(grip.phases), None, grip.reason)
-    low = stage.hand.palm_pose()
+    pushes = None
+    if grip.squeeze():
+        pivot = stage.world.object_pose()[:3, 3]
+        held = all(grip.move(*phase) for phase in _carrying(stage.hand.palm_pose(), pivot, p))
+        if held and p.until in ("pushes", "shakes"):
+            pushes = tuple(grip.push(direction) for direction in _PUSHES)
+        if held and p.until == "shakes":
+            all(grip.move(*phase) for phase in _shakes(grip.palm, p))
+    return HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, grip.reason)
+
+
+def _carrying(
+    low: FloatArray, object_position: FloatArray, p: ExecutionParameters
+) -> list[tuple[str, PalmMotion, float]]:
+    """Return name, motion and duration of the phases that carry the object about."""
     high = low.copy()
     high[2, 3] += p.lift_height_m
-    pivot = stage.world.object_pose()[:3, 3] + [0.0, 0.0, p.lift_height_m]
-    axis = tilt_axis(low)
+    pivot = object_position.copy()
+    pivot[2] += p.lift_height_m
+    axis = np.radians(p.rotation_deg) * tilt_axis(low)
 
     def lifted(share: float) -> FloatArray:
         pose = low.copy()
-        pose[2, 3] += share * p.lift_height_m
+        pose[2, 3] += _smooth(share) * p.lift_height_m
         return pose
 
     def tilted(share: float) -> FloatArray:
         turn = np.eye(4)
-        turn[:3, :3] = Rotation.from_rotvec(np.radians(p.rotation_deg) * share * axis).as_matrix()
+        turn[:3, :3] = Rotation.from_rotvec(_smooth(share) * axis).as_matrix()
         turn[:3, 3] = pivot - turn[:3, :3] @ pivot
         pose: FloatArray = turn @ high
         return pose
 
     phases = [("lift", lifted, p.lift_time_s), ("hold", lambda _: high, p.hold_time_s)]
     if p.rotation_deg > 0:
+        turned = tilted(1.0)
         phases += [
             ("rotate", tilted, p.rotation_time_s),
-            ("hold_rotated", lambda _: tilted(1.0), p.hold_time_s),
+            ("hold_rotated", lambda _: turned, p.hold_time_s),
         ]
-    for name, motion, time_s in phases:
-        if not grip.move(name, motion, time_s):
-            return HoldOutcome(grip.mean_force_n, tuple(grip.phases), None, grip.reason)
-    pushes = tuple(grip.push(direction) for direction in _PUSHES) if p.until == "pushes" else None
-    return HoldOutcome(grip.mean_force_n, tuple(grip.phases), pushes, None)
+    return phases
+
+
+def _shakes(rest: FloatArray, p: ExecutionParameters) -> list[tuple[str, PalmMotion, float]]:
+    """Return name, motion and duration of the shakes along the world's axes."""
+
+    def shaken(axis: int) -> PalmMotion:
+        def motion(share: float) -> FloatArray:
+            # It grows in the first quarter and fades in the last.
+            envelope = _smooth(4.0 * share) * _smooth(4.0 * (1.0 - share))
+            phase = 2.0 * np.pi * p.shake_frequency_hz * p.shake_time_s * share
+            pose = rest.copy()
+            pose[axis, 3] += p.shake_amplitude_m * envelope * np.sin(phase)
+            return pose
+
+        return motion
+
+    return [(f"shake_{name}", shaken(axis), p.shake_time_s) for axis, name in enumerate("xyz")]
 
 
 class _Grip:
-    """The fingers' force control, and what becomes of the object in it."""
+    """The object in the hand, phase by phase."""
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
-        self._stage, self._fingers, self._model = stage, fingers, stage.model
-        self._object = stage.world.object_model
-        self._gravity = stage.world.scene.gravity
-        self._weight_n = self._object.mass_kg * self._gravity
-        self._pinocchio = self._model.model.copy()
-        self._data = self._pinocchio.createData()
-        self._felt = list(touches)
-        self._age = 0
-        self._renew = max(1, round(_RENEW_S / stage.time_step_s))
-        self._rest = stage.hand.state()[0]
-        self._forces = np.zeros((len(fingers), 3))
-        self._sharing = np.zeros((len(fingers), 3, 3))
-        self._update_model(self._rest, stage.hand.palm_pose())
+        self._stage = stage
+        self.control = ForceControl(stage, fingers, touches)
+        self._slip = SlipMeter(stage, fingers)
+        self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
-        self.mean_force_n = self._needed_force()
+        self.palm = stage.hand.palm_pose()
         self.phases: list[PhaseOutcome] = []
         self.reason: str | None = None
 
     def squeeze(self) -> bool:
         """Build the grip force up, then take the object's weight; return whether all went well."""
         stage = self._stage
-        steps = max(1, round(stage.parameters.squeeze_time_s / stage.time_step_s))
-        palm = stage.hand.palm_pose()
-        stage.hand.release_motors()
+        steps = self._steps(stage.parameters.squeeze_time_s)
         for k in range(steps):
             if k % max(1, steps // 4) == 0:
-                self._distribute(palm)
-            share = _smooth((k + 1) / steps)
-            self._control(palm, share, 0.0)
+                self.control.distribute()
+            self.control.drive(self.palm, _smooth((k + 1) / steps), 0.0)
             stage.step()
-        self._distribute(palm)
-        self._rest = stage.hand.state()[0]
+        self.control.distribute()
+        self.control.rest_here()
         for k in range(steps // 2):
-            self._control(palm, 1.0, _smooth((k + 1) / (steps // 2)))
+            self.control.drive(self.palm, 1.0, _smooth((k + 1) / (steps // 2)))
             stage.step()
         self._reference = self._object_in_palm()
-        return self._judge("squeeze", lifted=False)
+        self._slip.look()
+        return self._judge("squeeze", load_weight=1.0, lifted=False)
 
-    def move(self, name: str, motion: Callable[[float], FloatArray], time_s: float) -> bool:
+    def move(self, name: str, motion: PalmMotion, time_s: float) -> bool:
         """Carry the object along a motion of the palm; return whether it was held."""
-        stage = self._stage
-        steps = max(1, round(time_s / stage.time_step_s))
-        for k in range(steps):
-            palm = motion(_smooth((k + 1) / steps))
-            self._control(palm, 1.0, 1.0)
-            stage.step()
-        return self._judge(name, lifted=True)
+        steps = self._steps(time_s)
+        centre = self._object_in_palm()[:, 3]
+        centres = np.empty((steps + 2, 3))
+        centres[:2] = (self.palm @ centre)[:3]
+        self._slip.begin_phase()
+        for k in range(1, steps + 1):
+            self.palm = motion(k / steps)
+            self.control.drive(self.palm, 1.0, 1.0)
+            self._stage.step()
+            centres[k + 1] = (self.palm @ centre)[:3]
+            if k % self._look == 0:
+                self._slip.look()
+        return self._judge(name, self._largest_load(centres), lifted=True)
 
     def push(self, direction: FloatArray) -> float:
-        """Push harder and harder until the object slips; return the push resisted, in weights."""
+        """Push harder and harder until the object slips; return the push resisted, in weights.
+
+        Afterwards everything is as before.
+        """
         stage, p = self._stage, self._stage.parameters
-        client = stage.world.client
+        client, body = stage.world.client, stage.world.object_model
         saved = pybullet.saveState(physicsClientId=client)
-        before, palm = self._object_in_palm(), stage.hand.palm_pose()
-        steps = max(1, round(p.push_time_s / stage.time_step_s))
+        before = self._object_in_palm()
+        steps = self._steps(p.push_time_s)
         resisted = 0.0
-        for k in range(steps):
-            push = p.push_limit * (k + 1) / steps
-            force = push * self._weight_n * direction
+        for k in range(1, steps + 1):
+            push = p.push_limit * k / steps
             pybullet.applyExternalForce(
                 stage.world.object_id,
                 -1,
-                force.tolist(),
+                (push * body.mass_kg * stage.world.scene.gravity * direction).tolist(),
                 stage.world.object_pose()[:3, 3].tolist(),
                 pybullet.WORLD_FRAME,
                 physicsClientId=client,
             )
-            self._control(palm, 1.0, 1.0)
+            self.control.drive(self.palm, 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
             if np.linalg.norm(self._object_in_palm()[:3, 3] - before[:3, 3]) > p.slip_limit_m:
                 break
@@ -163,88 +186,43 @@ class _Grip:
         pybullet.removeState(saved, physicsClientId=client)
         return float(resisted)
 
-    def _needed_force(self) -> float:
-        p = self._stage.parameters
-        carrying = self._weight_n / (p.friction * len(self._fingers))
-        return float(max(p.grip_force_n, p.grip_safety * carrying))
-
-    def _distribute(self, palm: FloatArray) -> None:
-        """Distribute grip force and weight over the contacts as they are felt now (palm frame)."""
-        # A finger that has lost touch for a moment is taken to be where it was.
-        self._felt = [new or old for new, old in zip(self._touches(), self._felt, strict=True)]
-        felt = self._felt
-        rotation = palm[:3, :3]
-        points = (np.stack([t.point for t in felt]) - palm[:3, 3]) @ rotation
-        normals = np.stack([t.normal for t in felt]) @ rotation
-        forces, _ = grip_forces(points, normals, self._stage.parameters.friction, self.mean_force_n)
-        self._forces = forces
-        centre = self._object_in_palm()[:3, 3]
-        arms = points - centre
-        grasp_map: FloatArray = np.zeros((6, 3 * len(felt)))
-        for i, arm in enumerate(arms):
-            grasp_map[:3, 3 * i : 3 * i + 3] = np.eye(3)
-            grasp_map[3:, 3 * i : 3 * i + 3] = 10.0 * _cross(arm)
-        inverse = np.linalg.pinv(grasp_map, rcond=1e-3)
-        self._sharing = np.asarray(inverse[:, :3].reshape(len(felt), 3, 3), dtype=np.float64)
-
-    def _control(self, palm: FloatArray, grip: float, load: float) -> None:
-        """Set wrist and torques for the next step."""
-        stage = self._stage
-        stage.hand.drive_wrist(palm, stage.time_step_s)
-        q, velocity = stage.hand.state()
-        if self._age % self._renew == 0:
-            self._update_model(q, palm)
-        self._age += 1
-        forces = grip * self._forces + load * self._weight_n * self._upward
-        stage.hand.apply_torques(
-            self._jacobians_t @ forces.ravel() + self._holding + self._spring_torques(q, velocity)
-        )
-
-    def _update_model(self, q: FloatArray, palm: FloatArray) -> None:
-        """Compute what depends on the posture, which hardly changes within `_RENEW_S`."""
-        dt, p = self._stage.time_step_s, self._stage.parameters
-        self._upward = self._sharing @ palm[2, :3]
-        self._jacobians_t = self._model.tip_jacobians(q)[list(self._fingers)].reshape(-1, len(q)).T
-        rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
-        self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
-        self._holding = np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
-        upper = np.triu(pinocchio.crba(self._pinocchio, self._data, q))
-        ahead = dt * p.damping_nms_rad + dt * dt * p.stiffness_nm_rad
-        inertia = upper + np.triu(upper, 1).T + ahead * np.eye(len(q))
-        self._implicit = np.eye(len(q)) - ahead * np.linalg.inv(inertia)
-
-    def _spring_torques(self, q: FloatArray, velocity: FloatArray) -> FloatArray:
-        """Return the torques of springs and dampers, taken at the end of the next step.
-
-        Light links make explicit dampers unstable at any useful gain (Tan, Liu and Turk 2011).
-        """
-        dt, p = self._stage.time_step_s, self._stage.parameters
-        explicit = p.stiffness_nm_rad * (self._rest - q - dt * velocity) - p.damping_nms_rad * velocity
-        torques: FloatArray = self._implicit @ explicit
-        return torques
-
-    def _touches(self) -> list[Touch | None]:
-        touches = self._stage.hand.touches(self._stage.parameters.contact_force_n)
-        return [touches[f] for f in self._fingers]
+    def _steps(self, time_s: float) -> int:
+        return max(1, round(time_s / self._stage.time_step_s))
 
     def _object_in_palm(self) -> FloatArray:
         pose: FloatArray = np.linalg.inv(self._stage.hand.palm_pose()) @ self._stage.world.object_pose()
         return pose
 
-    def _judge(self, name: str, *, lifted: bool) -> bool:
-        now = self._object_in_palm()
-        contacts = sum(touch is not None for touch in self._touches())
-        slip = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
+    def _largest_load(self, centres: FloatArray) -> float:
+        """Return the largest force that carries a rigidly held object along, in weights, shape (t, 3)."""
+        gravity = self._stage.world.scene.gravity
+        acceleration = np.diff(centres, 2, axis=0) / self._stage.time_step_s**2 + [0.0, 0.0, gravity]
+        return float(np.linalg.norm(acceleration, axis=1).max(initial=gravity) / gravity)
+
+    def _judge(self, name: str, load_weight: float, *, lifted: bool) -> bool:
+        now, p = self._object_in_palm(), self._stage.parameters
+        contacts = sum(touch is not None for touch in self.control.touches())
+        drift = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
         height = self._stage.world.object_pose()[2, 3] - self._ground
-        p = self._stage.parameters
         if lifted and height < 0.5 * p.lift_height_m:
             self.reason = f"the object was dropped in phase {name}"
         elif contacts < 2:
             self.reason = f"only {contacts} finger(s) held on in phase {name}"
-        elif slip > p.slip_limit_m:
-            self.reason = f"the object slipped {1e3 * slip:.0f} mm in phase {name}"
+        elif drift > p.slip_limit_m:
+            self.reason = f"the object slipped {1e3 * drift:.0f} mm in phase {name}"
         held = self.reason is None
-        self.phases.append(PhaseOutcome(name, contacts, slip, turn_deg(self._reference, now), held))
+        self.phases.append(
+            PhaseOutcome(
+                name=name,
+                contacts=contacts,
+                contacts_lost=self._slip.contacts_lost,
+                slip_m=self._slip.slip_m,
+                drift_m=drift,
+                turn_deg=turn_deg(self._reference, now),
+                load_weight=load_weight,
+                held=held,
+            )
+        )
         return held
 
 
@@ -252,8 +230,3 @@ def _smooth(share: float) -> float:
     """Return a fifth-order step from 0 to 1 that starts and ends at rest."""
     s = min(max(share, 0.0), 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
-
-
-def _cross(v: FloatArray) -> FloatArray:
-    """Return the matrix of the cross product with a vector, shape (3, 3)."""
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

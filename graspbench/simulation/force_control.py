@@ -1,0 +1,118 @@
+"""The fingers' force control while they grip: grip force, weight, and soft springs around the posture."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio
+
+from graspbench.arrays import FloatArray
+from graspbench.simulation.grip import grip_forces
+from graspbench.simulation.hand import Touch
+from graspbench.simulation.stage import Stage
+
+_RENEW_S = 0.02
+
+
+class ForceControl:
+    """Joint torques that press the fingertips on the object and hold the fingers' posture (joint impedance).
+
+    Each tip applies its share of the internal grip force and of the object's weight: J' f, besides the
+    fingers' own weight. The grip forces are fixed to the object, so that they stay in balance when it turns a
+    little in the hand.
+
+    Args:
+        stage: Hand and object, all fingers in touch.
+        fingers: The fingers that touch.
+        touches: How each of them touched first.
+
+    Attributes:
+        mean_force_n: Mean normal force asked of a finger, N.
+    """
+
+    def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
+        self._stage, self._fingers, self._model = stage, fingers, stage.model
+        p, body = stage.parameters, stage.world.object_model
+        self._gravity = stage.world.scene.gravity
+        self._weight_n = body.mass_kg * self._gravity
+        carrying = self._weight_n / (p.friction * len(fingers))
+        self.mean_force_n = float(max(p.grip_force_n, p.grip_safety * carrying))
+        self._pinocchio = self._model.model.copy()
+        self._data = self._pinocchio.createData()
+        self._felt = list(touches)
+        self._age = 0
+        slowest = 0.3 / stage.time_step_s  # a return within one step would overshoot
+        self._return_rate = min(slowest, p.stiffness_nm_rad / max(p.damping_nms_rad, 1e-9))
+        self._renew = max(1, round(_RENEW_S / stage.time_step_s))
+        self._rest = stage.hand.state()[0]
+        self._forces = np.zeros((len(fingers), 3))
+        self._sharing = np.zeros((len(fingers), 3, 3))
+
+    def touches(self) -> list[Touch | None]:
+        """Return how each finger touches the object now, None where it does not."""
+        touches = self._stage.hand.touches(self._stage.parameters.contact_force_n)
+        return [touches[f] for f in self._fingers]
+
+    def distribute(self) -> None:
+        """Distribute grip force and weight over the contacts as they are felt now."""
+        # A finger that has lost touch for a moment is taken to be where it was.
+        self._felt = [new or old for new, old in zip(self.touches(), self._felt, strict=True)]
+        pose = self._stage.world.object_pose()
+        rotation = pose[:3, :3]
+        points = (np.stack([touch.point for touch in self._felt]) - pose[:3, 3]) @ rotation
+        normals = np.stack([touch.normal for touch in self._felt]) @ rotation
+        self._forces, _ = grip_forces(points, normals, self._stage.parameters.friction, self.mean_force_n)
+        self._sharing = _weight_sharing(points)
+        self._age = 0
+
+    def rest_here(self) -> None:
+        """Let the springs relax in the present posture."""
+        self._rest = self._stage.hand.state()[0]
+
+    def drive(self, palm: FloatArray, grip: float, load: float) -> None:
+        """Set wrist and fingers for the next step.
+
+        Args:
+            palm: Where the palm shall be, shape (4, 4).
+            grip: Share of the grip force, 0 to 1.
+            load: Share of the object's weight, 0 to 1.
+        """
+        stage, p = self._stage, self._stage.parameters
+        stage.hand.drive_wrist(palm, stage.time_step_s)
+        q, velocity = stage.hand.state()
+        if self._age % self._renew == 0:
+            self._renew_torques(q, palm)
+        self._age += 1
+        torques = self._own_weight + grip * self._pressing + load * self._carrying
+        away = self._rest - q
+        springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
+        stage.hand.drive_compliantly(torques, springs, self._return_rate * away)
+
+    def _renew_torques(self, q: FloatArray, palm: FloatArray) -> None:
+        """Compute what depends on the posture, which hardly changes within `_RENEW_S`."""
+        to_palm = palm[:3, :3].T @ self._stage.world.object_pose()[:3, :3]
+        jacobian_t = self._model.tip_jacobians(q)[list(self._fingers)].reshape(-1, len(q)).T
+        self._pressing = jacobian_t @ (self._forces @ to_palm.T).ravel()
+        upwards = self._weight_n * (self._sharing @ (to_palm.T @ palm[2, :3]))
+        self._carrying = jacobian_t @ (upwards @ to_palm.T).ravel()
+        rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
+        self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
+        self._own_weight = np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
+
+
+def _weight_sharing(points: FloatArray) -> FloatArray:
+    """Return matrices from a force at the object's centre to least forces at the contacts, shape (n, 3, 3).
+
+    Args:
+        points: Contacts from the centre, shape (n, 3), m.
+    """
+    grasp_map: FloatArray = np.zeros((6, 3 * len(points)))
+    for i, arm in enumerate(points):
+        grasp_map[:3, 3 * i : 3 * i + 3] = np.eye(3)
+        grasp_map[3:, 3 * i : 3 * i + 3] = 10.0 * _cross(arm)
+    inverse = np.asarray(np.linalg.pinv(grasp_map, rcond=1e-3), dtype=np.float64)
+    return inverse[:, :3].reshape(-1, 3, 3)
+
+
+def _cross(v: FloatArray) -> FloatArray:
+    """Return the matrix of the cross product with a vector, shape (3, 3)."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

@@ -1,0 +1,113 @@
+"""World and hand while a grasp is executed."""
+
+from typing import Protocol
+
+import numpy as np
+import pybullet
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import SimulationError
+from graspbench.hand.model import HandModel
+from graspbench.simulation.execution import ExecutionParameters, Motion
+from graspbench.simulation.hand import SimulatedHand
+from graspbench.simulation.world import World
+from graspbench.simulation.wrist import FloatingWrist
+
+_SAMPLE_S = 0.02
+_CONTACT_BREAKING_M = 0.002
+_FREE_ITERATIONS = 15
+
+
+class JointPath(Protocol):
+    """What is executed: a path of palm and joints, its last sample on the planned contacts."""
+
+    @property
+    def times(self) -> FloatArray:
+        """Ascending times from 0, shape (t,)."""
+        ...
+
+    @property
+    def joints(self) -> FloatArray:
+        """Joint positions, shape (t, n_q)."""
+        ...
+
+    @property
+    def transform_palm_to_world(self) -> FloatArray:
+        """Poses of the palm, shape (t, 4, 4)."""
+        ...
+
+
+class Stage:
+    """World and hand while a grasp is executed; it steps time and takes samples."""
+
+    def __init__(
+        self, world: World, hand: HandModel, path: JointPath, parameters: ExecutionParameters
+    ) -> None:
+        self.world, self.model, self.parameters = world, hand, parameters
+        self.time_step_s = parameters.time_step_s
+        self.steps = 0
+        self._samples: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
+        self._sampled_step = 0
+        pybullet.setPhysicsEngineParameter(
+            contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=world.client
+        )
+        self._set_steps(1, parameters.solver_iterations)
+        palms = path.transform_palm_to_world
+        wrist = FloatingWrist(hand, palms[0], tilt_axis(palms[-1]))
+        self.hand = SimulatedHand(world, hand, wrist, path.joints[0], parameters)
+
+    def step(self, count: int = 1) -> None:
+        """Advance the simulation by some time steps at once.
+
+        More than one is for a hand that touches nothing: its motors are the only constraints.
+        """
+        if count != self._count:
+            self._set_steps(count, _FREE_ITERATIONS if count > 1 else self.parameters.solver_iterations)
+        pybullet.stepSimulation(physicsClientId=self.world.client)
+        self.steps += count
+        if (self.steps - self._sampled_step) * self.time_step_s >= _SAMPLE_S * (1.0 - 1e-9):
+            self.sample()
+
+    def sample(self) -> None:
+        """Keep a sample for the record."""
+        if self._samples and self._sampled_step == self.steps:
+            return
+        self._sampled_step = self.steps
+        pose = self.world.object_pose()
+        if not np.isfinite(pose).all():
+            raise SimulationError("the object's pose is not finite", remedy="reduce execution.time_step_s")
+        self._samples.append((self.time_s, self.hand.state()[0], self.hand.palm_pose(), pose))
+
+    def _set_steps(self, count: int, iterations: int) -> None:
+        self._count = count
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=count * self.time_step_s,
+            numSolverIterations=iterations,
+            physicsClientId=self.world.client,
+        )
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the start."""
+        return self.steps * self.time_step_s
+
+    def motion(self) -> Motion:
+        """Return the samples taken."""
+        times, joints, palms, objects = zip(*self._samples, strict=True)
+        return Motion(np.array(times), np.stack(joints), np.stack(palms), np.stack(objects))
+
+
+def tilt_axis(transform_palm_to_world: FloatArray) -> FloatArray:
+    """Return the horizontal direction, shape (3,), about which the wrist is tilted in the rotation phase."""
+    approach = transform_palm_to_world[:3, 2]
+    axis = np.cross(approach, [0.0, 0.0, 1.0])
+    if np.linalg.norm(axis) < 0.1:  # straight down: any horizontal axis of the palm will do
+        axis = transform_palm_to_world[:3, 0] * [1.0, 1.0, 0.0]
+    unit: FloatArray = axis / np.linalg.norm(axis)
+    return unit
+
+
+def turn_deg(before: FloatArray, after: FloatArray) -> float:
+    """Return the angle between the orientations of two poses, shape (4, 4)."""
+    cosine = 0.5 * (np.trace(before[:3, :3].T @ after[:3, :3]) - 1.0)
+    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
