@@ -12,12 +12,17 @@ app = typer.Typer(help="The catalogue of objects, and whether a mesh can be used
 
 
 @app.command("list")
-def list_catalogue(as_json: Json = False) -> None:
+def list_catalogue(
+    properties: Annotated[
+        bool, typer.Option("--properties", help="Load every object: size, mass, friction, topology, source.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
     """List the objects of the catalogue."""
     from graspbench.cli.printing import print_json, print_rows
     from graspbench.experiment import describe_objects
 
-    rows = describe_objects()
+    rows = describe_objects(properties=properties)
     if as_json:
         print_json({"schema": 1, "rows": rows})
     else:

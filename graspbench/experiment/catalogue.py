@@ -4,22 +4,37 @@ from typing import Any
 
 from graspbench.experiment.compose import group_options
 from graspbench.experiment.config import load_config
-from graspbench.geometry import catalogue_entry, list_objects
+from graspbench.experiment.objects import describe_model
+from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
+
+_PROPERTIES = (
+    "extents_mm",
+    "mass_kg",
+    "friction",
+    "genus",
+    "watertight",
+    "triangles",
+    "collision_pieces",
+)
 
 
-def describe_objects() -> list[dict[str, Any]]:
-    """Return one row an object of the catalogue."""
+def describe_objects(*, properties: bool = False) -> list[dict[str, Any]]:
+    """Return one row an object of the catalogue.
+
+    Args:
+        properties: Load every object and add its size, mass, friction, topology and source; without it only
+            the catalogue's files are read.
+    """
     rows = []
     for name in list_objects():
         entry = catalogue_entry(name)
-        rows.append(
-            {
-                "name": name,
-                "shape": entry.shape.get("kind"),
-                "description": entry.description,
-                "licence": entry.licence,
-            }
-        )
+        row: dict[str, Any] = {"name": name, "shape": entry.shape.get("kind")}
+        if properties:
+            described = describe_model(load_object(ObjectParameters(name=name)))
+            row |= {key: described[key] for key in _PROPERTIES} | {"source": entry.source}
+        else:
+            row["description"] = entry.description
+        rows.append(row | {"licence": entry.licence})
     return rows
 
 

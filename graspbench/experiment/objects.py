@@ -7,7 +7,7 @@ from typing import Any
 from graspbench.errors import MeshError
 from graspbench.experiment.config import load_config
 from graspbench.experiment.store import write_atomically
-from graspbench.geometry import MeshReport, Scale, check_mesh, load_object, repair_mesh
+from graspbench.geometry import MeshReport, ObjectModel, Scale, check_mesh, load_object, repair_mesh
 
 
 def show_object(
@@ -30,8 +30,14 @@ def show_object(
     from graspbench.report.object_picture import draw_object  # loads Matplotlib
 
     model = load_object(load_config(["record=off", *overrides], config_dir).object)
+    folder.mkdir(parents=True, exist_ok=True)
+    return describe_model(model), draw_object(model, folder / f"{model.name.replace('/', '_')}.png")
+
+
+def describe_model(model: ObjectModel) -> dict[str, Any]:
+    """Return what is known of an object: size, mass, inertia, topology, pieces, licence, repairs."""
     report = model.report
-    described = {
+    return {
         "name": model.name,
         "extents_mm": [1e3 * float(length) for length in model.extents_m],
         "mass_kg": model.mass_kg,
@@ -47,8 +53,6 @@ def show_object(
         "repairs": [] if report is None else list(report.repairs),
         "warnings": [] if report is None else list(report.warnings),
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    return described, draw_object(model, folder / f"{model.name.replace('/', '_')}.png")
 
 
 def check_object(path: Path, scale: Scale) -> dict[str, Any]:

@@ -40,7 +40,9 @@ def list_folder(folder: Path) -> tuple[FolderItem, ...]:
     if not folder.is_dir():
         raise MeshError(f"there is no folder {folder}", remedy="check object.folder", kind="missing")
     own = [path for path in folder.iterdir() if _is_mesh(path)]
-    items = [FolderItem(path.stem, path, False) for path in own]
+    items = (_ycb_objects(own) if folder.resolve().name in _YCB_VARIANTS else []) or [
+        FolderItem(path.stem, path, False) for path in own
+    ]
     if not own:
         below = sorted(path for path in islice(folder.rglob("*"), _MAX_FILES) if _is_mesh(path))
         items = _ycb_objects(below) or [FolderItem(path.stem, path, False) for path in below]
@@ -83,12 +85,12 @@ def _ycb_objects(meshes: list[Path]) -> list[FolderItem]:
     """Pick the best mesh of each YCB object: <object>/<variant>/<file>."""
     best: dict[Path, tuple[int, int, Path]] = {}
     for path in meshes:
-        variant, name = path.parent.name, path.name
+        variant, name = path.parent.resolve().name, path.name
         if variant in _YCB_VARIANTS and name in _YCB_FILES:
             rank = (_YCB_VARIANTS.index(variant), _YCB_FILES.index(name), path)
-            owner = path.parent.parent
+            owner = path.parent.resolve().parent
             best[owner] = min(best.get(owner, rank), rank)
-    return [FolderItem(owner.resolve().name, path, True) for owner, (_, _, path) in best.items()]
+    return [FolderItem(owner.name, path, True) for owner, (_, _, path) in best.items()]
 
 
 def _is_mesh(path: Path) -> bool:

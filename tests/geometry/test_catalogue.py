@@ -8,6 +8,7 @@ import yaml
 from pydantic import TypeAdapter
 
 from graspbench.errors import ConfigurationError, MeshError
+from graspbench.experiment import describe_objects
 from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
 from graspbench.geometry.catalogue import FILE_CHOICES
 from graspbench.geometry.convex_union import to_manifold
@@ -45,6 +46,17 @@ def test_collision_parts_stay_within_two_millimetres_and_three_percent(name):
     assert (union - solid).volume() < 0.03 * solid.volume()
     assert (solid - union).volume() < 0.03 * solid.volume()
     np.testing.assert_allclose(np.reshape(union.bounding_box(), (2, 3)), model.mesh.bounds, atol=2e-3)
+
+
+def test_objects_are_described_with_what_a_trial_must_know():
+    rows = describe_objects(properties=True)
+    assert [row["name"] for row in rows] == list(list_objects())
+    for row in rows:
+        assert (row["watertight"], row["genus"]) == (True, 0)
+        assert min(row["mass_kg"], row["friction"], *row["extents_mm"]) > 0.0
+        assert row["collision_pieces"] >= 1
+        assert row["licence"]
+        assert row["source"]
 
 
 def test_the_catalogue_is_large_and_licensed():

@@ -24,6 +24,9 @@ def ycb(tmp_path):
         folder = tmp_path / "ycb" / name / "google_16k"
         folder.mkdir(parents=True)
         trimesh.util.concatenate([scan, dust]).export(folder / "nontextured.stl")
+        scan.export(folder / "textured.obj")
+        (folder.parent / "clouds").mkdir()
+        trimesh.PointCloud(scan.vertices).export(folder.parent / "clouds" / "merged_cloud.ply")
         other = folder.parent / "tsdf"
         other.mkdir()
         scan.export(other / "nontextured.ply")
@@ -62,8 +65,9 @@ def test_ycb_objects_are_found_repaired_and_reported(ycb):
 
 
 def test_one_ycb_object_is_a_folder_too(ycb):
-    (item,) = list_folder(ycb / "005_tomato_soup_can")
-    assert item.name == "005_tomato_soup_can"
+    for folder in ("005_tomato_soup_can", "005_tomato_soup_can/google_16k"):
+        (item,) = list_folder(ycb / folder)
+        assert (item.name, item.path.name, item.ycb) == ("005_tomato_soup_can", "nontextured.stl", True)
 
 
 @pytest.mark.parametrize(
