@@ -1,24 +1,21 @@
 """Does the grasp hold? Squeeze, lift, hold, tilt the wrist, push until the object slips, and shake."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pybullet
-from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.execution import ExecutionParameters, PhaseOutcome
+from graspbench.simulation.execution import PhaseOutcome
 from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.hand import Touch
+from graspbench.simulation.palm_motion import PalmMotion, carrying, shakes, smooth
 from graspbench.simulation.slip import SlipMeter
-from graspbench.simulation.stage import Stage, tilt_axis, turn_deg
+from graspbench.simulation.stage import Stage, turn_deg
 
 _LOOK_S = 0.02
 _PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]
-
-PalmMotion = Callable[[float], FloatArray]
-"""Pose of the palm, shape (4, 4), for the share of a phase's time that has gone by, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -51,61 +48,12 @@ def hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[T
     pushes = None
     if grip.squeeze():
         pivot = stage.world.object_pose()[:3, 3]
-        held = all(grip.move(*phase) for phase in _carrying(stage.hand.palm_pose(), pivot, p))
+        held = all(grip.move(*phase) for phase in carrying(stage.hand.palm_pose(), pivot, p))
         if held and p.until in ("pushes", "shakes"):
             pushes = tuple(grip.push(direction) for direction in _PUSHES)
         if held and p.until == "shakes":
-            all(grip.move(*phase) for phase in _shakes(grip.palm, p))
+            all(grip.move(*phase) for phase in shakes(grip.palm, p))
     return HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, grip.reason)
-
-
-def _carrying(
-    low: FloatArray, object_position: FloatArray, p: ExecutionParameters
-) -> list[tuple[str, PalmMotion, float]]:
-    """Return name, motion and duration of the phases that carry the object about."""
-    high = low.copy()
-    high[2, 3] += p.lift_height_m
-    pivot = object_position.copy()
-    pivot[2] += p.lift_height_m
-    axis = np.radians(p.rotation_deg) * tilt_axis(low)
-
-    def lifted(share: float) -> FloatArray:
-        pose = low.copy()
-        pose[2, 3] += _smooth(share) * p.lift_height_m
-        return pose
-
-    def tilted(share: float) -> FloatArray:
-        turn = np.eye(4)
-        turn[:3, :3] = Rotation.from_rotvec(_smooth(share) * axis).as_matrix()
-        turn[:3, 3] = pivot - turn[:3, :3] @ pivot
-        pose: FloatArray = turn @ high
-        return pose
-
-    phases = [("lift", lifted, p.lift_time_s), ("hold", lambda _: high, p.hold_time_s)]
-    if p.rotation_deg > 0:
-        turned = tilted(1.0)
-        phases += [
-            ("rotate", tilted, p.rotation_time_s),
-            ("hold_rotated", lambda _: turned, p.hold_time_s),
-        ]
-    return phases
-
-
-def _shakes(rest: FloatArray, p: ExecutionParameters) -> list[tuple[str, PalmMotion, float]]:
-    """Return name, motion and duration of the shakes along the world's axes."""
-
-    def shaken(axis: int) -> PalmMotion:
-        def motion(share: float) -> FloatArray:
-            # It grows in the first quarter and fades in the last.
-            envelope = _smooth(4.0 * share) * _smooth(4.0 * (1.0 - share))
-            phase = 2.0 * np.pi * p.shake_frequency_hz * p.shake_time_s * share
-            pose = rest.copy()
-            pose[axis, 3] += p.shake_amplitude_m * envelope * np.sin(phase)
-            return pose
-
-        return motion
-
-    return [(f"shake_{name}", shaken(axis), p.shake_time_s) for axis, name in enumerate("xyz")]
 
 
 class _Grip:
@@ -129,12 +77,12 @@ class _Grip:
         for k in range(steps):
             if k % max(1, steps // 4) == 0:
                 self.control.distribute()
-            self.control.drive(self.palm, _smooth((k + 1) / steps), 0.0)
+            self.control.drive(self.palm, smooth((k + 1) / steps), 0.0)
             stage.step()
         self.control.distribute()
         self.control.rest_here()
         for k in range(steps // 2):
-            self.control.drive(self.palm, 1.0, _smooth((k + 1) / (steps // 2)))
+            self.control.drive(self.palm, 1.0, smooth((k + 1) / (steps // 2)))
             stage.step()
         self._reference = self._object_in_palm()
         self._slip.look()
@@ -224,9 +172,3 @@ class _Grip:
             )
         )
         return held
-
-
-def _smooth(share: float) -> float:
-    """Return a fifth-order step from 0 to 1 that starts and ends at rest."""
-    s = min(max(share, 0.0), 1.0)
-    return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)

@@ -10,6 +10,7 @@ from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters, Motion
 from graspbench.simulation.hand import SimulatedHand
+from graspbench.simulation.palm_motion import tilt_axis
 from graspbench.simulation.world import World
 from graspbench.simulation.wrist import FloatingWrist
 
@@ -95,16 +96,6 @@ class Stage:
         """Return the samples taken."""
         times, joints, palms, objects = zip(*self._samples, strict=True)
         return Motion(np.array(times), np.stack(joints), np.stack(palms), np.stack(objects))
-
-
-def tilt_axis(transform_palm_to_world: FloatArray) -> FloatArray:
-    """Return the horizontal direction, shape (3,), about which the wrist is tilted in the rotation phase."""
-    approach = transform_palm_to_world[:3, 2]
-    axis = np.cross(approach, [0.0, 0.0, 1.0])
-    if np.linalg.norm(axis) < 0.1:  # straight down: any horizontal axis of the palm will do
-        axis = transform_palm_to_world[:3, 0] * [1.0, 1.0, 0.0]
-    unit: FloatArray = axis / np.linalg.norm(axis)
-    return unit
 
 
 def turn_deg(before: FloatArray, after: FloatArray) -> float:
