@@ -33,11 +33,11 @@ class PathParameters:
         float, Field(gt=0, le=1, description="Gain of the spatial low-pass over the via points; 1: no filter")
     ] = 0.5
     tip_speed_m_s: Annotated[float, Field(gt=0, description="Mean speed of the fastest tip on its way")] = (
-        0.05
+        0.15
     )
     closing_time_s: Annotated[
         float, Field(gt=0, description="Time of the last approach along the normal")
-    ] = 1.0
+    ] = 0.5
     time_step_s: Annotated[float, Field(gt=0, description="Time between two samples of a path")] = 0.005
     retreat_m: Annotated[
         float,

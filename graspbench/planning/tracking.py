@@ -19,13 +19,16 @@ from graspbench.hand.kinematics import forward, point_jacobian
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.parameters import PathParameters
-from graspbench.planning.trajectory import FingertipPath, minimum_jerk
+from graspbench.planning.time_law import minimum_jerk, resampled, slowdown, smooth_durations
+from graspbench.planning.trajectory import FingertipPath
 
 _POSTURE_GAIN = 3.0
 _FADE_S = 0.3
 _DAMPING = 1e-8
 _CREEP = 20.0  # largest speed towards a joint limit per distance to it, 1/s
-_ATTEMPTS = 6
+_ATTEMPTS, _LOCAL_ATTEMPTS = 24, 16
+_LONGEST_S = 10.0
+_TRACKING_TOLERANCE_M = 5e-4
 
 
 @dataclass(frozen=True)
@@ -66,27 +69,17 @@ def track(
         parameters: Gains, velocity share and arrival.
 
     Raises:
-        PlanningError: A finger does not reach the beginning of its path.
+        PlanningError: A finger does not reach the beginning of its path, or cannot follow it.
     """
     if len(paths) != len(posture.fingers):
         raise PlanningError(f"{len(paths)} fingertip paths for a posture of {len(posture.fingers)} fingers")
     to_world = posture.transform_palm_to_world
     centres = np.stack([path.points + hand.tip_radius_m * path.normals for path in paths])
     targets = (centres - to_world[:3, 3]) @ to_world[:3, :3]
-    step = parameters.time_step_s
-    limits = parameters.velocity_share * hand.velocity_limits
     start = _start_joints(hand, posture, targets[:, 0])
-    following = _arrival_samples(parameters)
+    joints, errors, closing = _timed(hand, posture, targets, start, paths[0].closing, parameters)
 
-    joints, errors = _follow(hand, posture, targets, start, step, parameters.tracking_gain)
-    for _ in range(_ATTEMPTS):
-        slower = _slowdown(joints, step, limits, parameters.acceleration_limit_rad_s2)
-        if slower <= 1.0:
-            break
-        targets = _stretched(targets, 1.02 * slower)
-        joints, errors = _follow(hand, posture, targets, start, step, parameters.tracking_gain)
-
-    stretch = targets.shape[1] / len(paths[0].times)
+    step, following = parameters.time_step_s, _arrival_samples(parameters)
     poses = np.tile(to_world, (following + len(joints), 1, 1))
     away = parameters.retreat_m * (1.0 - minimum_jerk(np.arange(following) / max(following, 1)))
     poses[:following, :3, 3] -= away[:, None] * to_world[:3, 2]
@@ -100,8 +93,45 @@ def track(
         transform_palm_to_world=poses,
         tip_error_m=errors,
         following=following,
-        closing=following + round(stretch * paths[0].closing),
+        closing=following + closing,
     )
+
+
+def _timed(
+    hand: HandModel,
+    posture: HandPosture,
+    targets: FloatArray,
+    start: FloatArray,
+    closing: int,
+    parameters: PathParameters,
+) -> tuple[FloatArray, FloatArray, int]:
+    """Follow the tip centres' paths, slower where the joints ask for it.
+
+    Returns:
+        Joints, shape (t, n_q), tip errors, shape (t, n_f), and where the last approach begins.
+    """
+    step, limits = parameters.time_step_s, parameters.velocity_share * hand.velocity_limits
+    longest = 5.0 * step * targets.shape[1] + _LONGEST_S
+    for attempt in range(_ATTEMPTS):
+        joints, errors = _follow(hand, posture, targets, start, step, parameters.tracking_gain)
+        slower = slowdown(joints, step, limits, parameters.acceleration_limit_rad_s2)
+        if slower.max() <= 1.0:
+            break
+        if attempt >= _LOCAL_ATTEMPTS:
+            slower[:] = slower.max()
+        durations = smooth_durations(slower, step)
+        if durations.sum() > longest:
+            break
+        targets, when = resampled(targets, durations, step)
+        closing = round(when[closing])
+    left = float(errors.max())
+    if left > _TRACKING_TOLERANCE_M or slower.max() > 1.0:
+        finger = hand.finger_names[posture.fingers[int(errors.max(axis=0).argmax())]]
+        raise PlanningError(
+            f"finger '{finger}' cannot follow its path ({1e3 * left:.1f} mm are left)",
+            remedy="lower planner.floating_distance_m",
+        )
+    return joints, errors, closing
 
 
 def _start_joints(hand: HandModel, posture: HandPosture, targets: FloatArray) -> FloatArray:
@@ -123,24 +153,6 @@ def _start_joints(hand: HandModel, posture: HandPosture, targets: FloatArray) ->
 def _arrival_samples(parameters: PathParameters) -> int:
     """Return the number of samples of the arrival, at the mean speed of the tips."""
     return round(parameters.retreat_m / parameters.tip_speed_m_s / parameters.time_step_s)
-
-
-def _slowdown(joints: FloatArray, step: float, limits: FloatArray, acceleration: float) -> float:
-    """Return how many times slower the motion must be to keep the joints' velocities and acceleration."""
-    speeds = np.diff(joints, axis=0) / step
-    fastest = (np.abs(speeds) / limits).max(initial=0.0)
-    sharpest = np.abs(np.diff(speeds, axis=0)).max(initial=0.0) / (step * acceleration)
-    return float(max(fastest, np.sqrt(sharpest)))
-
-
-def _stretched(targets: FloatArray, factor: float) -> FloatArray:
-    """Resample paths, shape (n_f, t, 3), to take ``factor`` times as long."""
-    count = targets.shape[1]
-    samples = np.linspace(0.0, count - 1.0, max(2, int(np.ceil(count * factor))))
-    from scipy.interpolate import CubicSpline
-
-    stretched: FloatArray = CubicSpline(np.arange(count), targets, axis=1, bc_type="natural")(samples)
-    return stretched
 
 
 def _follow(

@@ -10,6 +10,7 @@ from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.planning.parameters import PathParameters
+from graspbench.planning.time_law import minimum_jerk
 
 _SHARES = (1.0, 0.75, 0.5, 0.25)
 _REACH_TOLERANCE_M = 1e-5
@@ -116,13 +117,6 @@ def low_pass(values: FloatArray, gain: float) -> FloatArray:
     return filtered
 
 
-def minimum_jerk(share: FloatArray) -> FloatArray:
-    """Return the fifth order time law from 0 to 1 that starts and ends without speed and acceleration."""
-    share = np.clip(share, 0.0, 1.0)
-    law: FloatArray = share**3 * (10.0 + share * (-15.0 + 6.0 * share))
-    return law
-
-
 def _filtered(history: Sequence[Grasp], gain: float, distance: float) -> tuple[FloatArray, FloatArray]:
     """Return the low-passed via points, lifted by ``distance``, and their normals; shape (n, n_f, 3) each."""
     points = low_pass(np.stack([grasp.points for grasp in history]), gain)
@@ -160,7 +154,10 @@ def _within_reach(
 def _reaches(history: Sequence[Grasp], parameters: PathParameters, distance: float, hand: HandModel) -> bool:
     posture = history[-1].posture
     assert posture is not None
-    lifted, normals = _filtered(history, parameters.filter_gain, distance)
+    lifted, normals = _travel(*_filtered(history, parameters.filter_gain, distance), parameters)
+    # Between the configurations too, and at both ends.
+    few = np.unique(np.linspace(0, len(lifted) - 1, 4 * len(history)).round().astype(np.int64))
+    lifted, normals = lifted[few], normals[few]
     to_world = posture.transform_palm_to_world
     targets = (lifted + hand.tip_radius_m * normals - to_world[:3, 3]) @ to_world[:3, :3]
     for i, finger in enumerate(posture.fingers):
