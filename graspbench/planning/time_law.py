@@ -29,11 +29,12 @@ def slowdown(
     Returns:
         At least 1, shape (t - 1,).
     """
-    speeds = np.diff(joints, axis=0) / step_s
-    slower: FloatArray = np.maximum(1.0, (np.abs(speeds) / velocity_limits).max(axis=1))
-    sharpest = np.abs(np.diff(speeds, axis=0)).max(axis=1, initial=0.0) / (step_s * acceleration_limit)
-    slower[:-1] = np.maximum(slower[:-1], np.sqrt(sharpest))
-    slower[1:] = np.maximum(slower[1:], np.sqrt(sharpest))
+    speeds = np.diff(joints, axis=0, prepend=joints[:1], append=joints[-1:]) / step_s
+    slower: FloatArray = np.maximum(1.0, (np.abs(speeds[1:-1]) / velocity_limits).max(axis=1))
+    # Before and after the motion the joints are at rest.
+    changes = np.abs(np.diff(speeds, axis=0)).max(axis=1)
+    sharpest = np.sqrt(changes / (step_s * acceleration_limit))
+    slower = np.maximum(slower, np.maximum(sharpest[:-1], sharpest[1:]))
     return slower
 
 

@@ -183,3 +183,12 @@ def test_what_a_finger_cannot_follow_is_refused(history):
     paths[0] = replace(paths[0], points=points)
     with pytest.raises(PlanningError, match=r"finger '.*' cannot follow its path"):
         track(paths, HAND, history[-1].posture, PARAMETERS)
+
+
+def test_a_way_of_a_millimetre_starts_and_ends_at_rest(history):
+    last = history[-1]
+    near = Grasp(last.vertices, last.points + 1e-3 * last.normals, last.normals, last.centroid, None)
+    paths = fingertip_paths([near, last], PARAMETERS, 0.02, HAND)
+    path = track(paths, HAND, last.posture, PARAMETERS)
+    step = PARAMETERS.acceleration_limit_rad_s2 * PARAMETERS.time_step_s
+    assert np.abs(np.diff(path.velocities, axis=0)).max() <= step * (1 + 1e-6)
