@@ -18,6 +18,10 @@ class ExecutionParameters:
             description="Last phase: off; contact; hold (squeeze, lift, hold, wrist rotation); pushes; shakes"
         ),
     ] = "hold"
+    mount: Annotated[
+        Literal["floating", "kuka"],
+        Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
+    ] = "floating"
     time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
     solver_iterations: Annotated[int, Field(ge=10, description="Constraint solver iterations a step")] = 60
     friction: Annotated[
@@ -69,6 +73,9 @@ class ExecutionParameters:
         10.0
     )
     push_time_s: Annotated[float, Field(gt=0, description="Time in which a push grows to its limit, s")] = 1.0
+    push_slip_m: Annotated[float, Field(gt=0, description="Net sliding at a contact that ends a push, m")] = (
+        0.002
+    )
     shake_amplitude_m: Annotated[
         float, Field(gt=0, description="Amplitude of the wrist's shakes along x, y and z, m")
     ] = 0.02

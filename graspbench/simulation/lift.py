@@ -1,4 +1,4 @@
-"""Does the grasp hold? Squeeze, lift, hold, tilt the wrist, push until the object slips, and shake."""
+"""Does the grasp hold? Squeeze, lift, hold, tilt the wrist, push until it slips, and shake."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -60,7 +60,7 @@ class _Grip:
     """The object in the hand, phase by phase."""
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
-        self._stage = stage
+        self._stage, self._fingers = stage, fingers
         self.control = ForceControl(stage, fingers, touches)
         self._slip = SlipMeter(stage, fingers)
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
@@ -105,14 +105,15 @@ class _Grip:
         return self._judge(name, self._largest_load(centres), lifted=True)
 
     def push(self, direction: FloatArray) -> float:
-        """Push harder and harder until the object slips; return the push resisted, in weights.
+        """Push harder and harder until a contact slides; return the push resisted, in weights.
 
         Afterwards everything is as before.
         """
         stage, p = self._stage, self._stage.parameters
         client, body = stage.world.client, stage.world.object_model
         saved = pybullet.saveState(physicsClientId=client)
-        before = self._object_in_palm()
+        before, slip = self._object_in_palm(), SlipMeter(stage, self._fingers)
+        slip.look()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
         for k in range(1, steps + 1):
@@ -127,9 +128,12 @@ class _Grip:
             )
             self.control.drive(self.palm, 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
-            if np.linalg.norm(self._object_in_palm()[:3, 3] - before[:3, 3]) > p.slip_limit_m:
-                break
-            resisted = push
+            if k % self._look == 0:
+                slip.look()
+                drift = np.linalg.norm(self._object_in_palm()[:3, 3] - before[:3, 3])
+                if slip.slip_m > p.push_slip_m or drift > p.slip_limit_m:
+                    break
+                resisted = push
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
         return float(resisted)
