@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from graspbench.errors import ConfigurationError
 from graspbench.planning.barrier import barrier_force
@@ -144,6 +145,42 @@ def test_equilateral_term_lowers_its_potential():
             before = field_potential(points, np.zeros(3), 0.04, only(k_e=1.0))
             after = field_potential(points + 1e-5 * pull, np.zeros(3), 0.04, only(k_e=1.0))
             assert after < before
+
+
+def potential_by_definition(points, centroid, radius, k):
+    """The potential, J, by projection on the plane that fits best; contacts in cyclic order."""
+    mean = points.mean(axis=0)
+    normal = np.linalg.svd(points - mean)[2][2]
+    heights = (points - mean) @ normal
+    flat = points - np.outer(heights, normal)
+    offset = (centroid - mean) @ normal
+    arms = flat - (centroid - offset * normal)
+    following = np.roll(arms, -1, axis=0)
+    angles = np.arctan2(np.cross(arms, following) @ normal, np.sum(arms * following, axis=1))
+    if angles.sum() < 0.0:
+        angles = -angles
+    n_f = len(points)
+    return (
+        0.5 * k["k_pi"] * np.sum(heights**2)
+        + 0.5 * n_f * k["k_cm"] * offset**2
+        + 0.25 * radius * k["k_e"] * np.sum((angles % (2 * np.pi) - 2 * np.pi / n_f) ** 2)
+        - k["k_a"] * np.linalg.norm(arms, axis=1).sum()
+    )
+
+
+@pytest.mark.parametrize("n_f", [3, 4, 5])
+def test_potential_of_tilted_contacts_around_a_centroid_that_is_nowhere_special(n_f):
+    rng = np.random.default_rng(n_f)
+    for _ in range(20):
+        turn = Rotation.random(random_state=rng)
+        centroid = rng.uniform(-0.2, 0.2, 3)
+        star_points = star(360 * np.arange(n_f) / n_f + rng.uniform(-20, 20, n_f), height=0.01)
+        points = turn.apply(star_points + 0.004 * rng.normal(size=(n_f, 3))) + centroid
+        k = dict(zip(("k_pi", "k_cm", "k_e", "k_a"), rng.uniform(0.5, 2.0, 4), strict=True))
+        parameters = only(**k)
+        assert field_potential(points, centroid, 0.05, parameters) == pytest.approx(
+            potential_by_definition(points, centroid, 0.05, k), rel=1e-9
+        )
 
 
 def climb(index, surface, vertices):
