@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from graspbench.hand.checker import GraspChecker
     from graspbench.hand.files import list_hands
     from graspbench.hand.kinematics import FingerSolutions
-    from graspbench.hand.model import HandModel, load_hand
+    from graspbench.hand.loading import load_hand
+    from graspbench.hand.model import HandModel
 
 __all__ = [
     "CollisionShape",
@@ -40,7 +41,7 @@ _LAZY = {
     "GraspChecker": "checker",
     "HandModel": "model",
     "list_hands": "files",
-    "load_hand": "model",
+    "load_hand": "loading",
 }
 
 

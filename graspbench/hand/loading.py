@@ -1,0 +1,176 @@
+"""Loading a hand: from its description and its URDF to a hand model."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import HandError
+from graspbench.hand import shapes
+from graspbench.hand.chains import PREFERRED, extract_chains
+from graspbench.hand.files import find_urdf, write_urdf
+from graspbench.hand.model import HandModel, shape_poses_of
+from graspbench.hand.overrides import replace_collision
+from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
+from graspbench.hand.radial import describe_radial, radial_urdf
+
+
+def load_hand(parameters: HandParameters) -> HandModel:
+    """Load a hand; the same parameters give the same object.
+
+    Args:
+        parameters: The hand's description.
+
+    Raises:
+        HandError: The URDF is missing or unreadable, or does not fit its description.
+    """
+    return _load(_Key(parameters))
+
+
+class _Key:
+    """Makes parameters hashable by value, for the cache (a field may hold a dict)."""
+
+    def __init__(self, parameters: HandParameters) -> None:
+        self.parameters = parameters
+        self._text = repr(parameters)
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._text == other._text
+
+
+@lru_cache(maxsize=16)
+def _load(key: _Key) -> HandModel:
+    parameters = key.parameters
+    package_dirs: tuple[Path, ...]
+    if parameters.kind == "radial":
+        path = write_urdf(radial_urdf(parameters), "radial")
+        package_dirs = (path.parent,)
+        palm, fingers = describe_radial(parameters)
+    else:
+        path, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
+        if parameters.collision:
+            text = replace_collision(path, package_dirs, parameters.collision, parameters.name)
+            path = write_urdf(text, path.stem)
+        palm, fingers = parameters.palm, parameters.chains
+    used = _choose(parameters, fingers)
+    model, geometry = _read(path, package_dirs, parameters.name)
+    transform = _palm_placement(model, palm, parameters.name)
+    # All fingers are read, so that an idle one is checked and known to rest.
+    extract_chains(model, transform, fingers, parameters.name)
+    chains, frames = extract_chains(model, transform, used, parameters.name)
+    rest = _rest(model, fingers)
+    preferred = rest.copy()
+    for f in range(len(used)):
+        preferred[chains.index[f, : chains.counts[f]]] = chains.limits[f, : chains.counts[f], PREFERRED]
+    data = model.createData()
+    pinocchio.forwardKinematics(model, data, preferred)
+    found = shapes.extract_shapes(
+        model, geometry, data, transform, frames, chains.tips, chains.counts, parameters.tip_radius_m
+    )
+    found = shapes.with_pairs(
+        found, shape_poses_of(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
+    )
+    return HandModel(
+        name=parameters.name,
+        finger_names=tuple(finger.name for finger in used),
+        joint_names=tuple(model.names[1:]),
+        lower=np.array(model.lowerPositionLimit),
+        upper=np.array(model.upperPositionLimit),
+        velocity_limits=np.array(model.velocityLimit),
+        effort_limits=np.array(model.effortLimit),
+        preferred=preferred,
+        rest=rest,
+        tip_radius_m=parameters.tip_radius_m,
+        tip_links=tuple(finger.tip for finger in used),
+        palm_link=palm.link,
+        urdf_path=path,
+        package_dirs=package_dirs,
+        transform_palm_to_root=np.array(transform.homogeneous),
+        symmetric=parameters.kind == "radial",
+        margins=parameters.margins,
+        model=model,
+        geometry=geometry,
+        chains=chains,
+        shapes=found,
+    )
+
+
+def _choose(
+    parameters: HandParameters, fingers: tuple[FingerDescription, ...]
+) -> tuple[FingerDescription, ...]:
+    names = [finger.name for finger in fingers]
+    wanted = parameters.fingers
+    if len(set(names)) != len(names):
+        raise HandError(f"hand '{parameters.name}' has two fingers of one name", remedy="rename one")
+    if wanted > len(fingers):
+        raise HandError(
+            f"hand '{parameters.name}' has {len(fingers)} fingers, {wanted} are asked for",
+            remedy=f"set hand.fingers to at most {len(fingers)}",
+            fingers=wanted,
+        )
+    chosen = parameters.subsets.get(wanted, tuple(names[:wanted]))
+    if len(chosen) != wanted or not set(chosen) <= set(names):
+        raise HandError(
+            f"subset {wanted} of hand '{parameters.name}' lists {', '.join(chosen)}",
+            remedy=f"list {wanted} of {', '.join(names)}",
+        )
+    return tuple(fingers[names.index(name)] for name in chosen)
+
+
+def _read(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
+    folders = [str(folder) for folder in package_dirs]
+    try:
+        model = pinocchio.buildModelFromUrdf(str(path), mimic=True)
+        geometry = pinocchio.buildGeomFromUrdf(
+            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
+        )
+    except (ValueError, RuntimeError) as error:
+        raise HandError(
+            f"the URDF '{path}' of hand '{hand}' cannot be read ({str(error).strip().splitlines()[-1]})",
+            remedy="check the file and the meshes it names",
+            path=str(path),
+        ) from error
+    for joint in range(1, model.njoints):
+        if model.joints[joint].nq != 1 or "Mimic" in model.joints[joint].shortname():
+            raise HandError(
+                f"joint '{model.names[joint]}' of hand '{hand}' is not a plain joint with limits",
+                remedy="make it revolute with limits, or fixed; coupled (mimic) joints are not supported",
+                joint=model.names[joint],
+            )
+    return model, geometry
+
+
+def _palm_placement(model: pinocchio.Model, palm: PalmDescription, hand: str) -> pinocchio.SE3:
+    if not model.existFrame(palm.link):
+        known = ", ".join(f.name for f in model.frames if f.type == pinocchio.FrameType.BODY)
+        raise HandError(f"hand '{hand}' has no palm link '{palm.link}'", remedy=f"choose one of {known}")
+    frame = model.frames[model.getFrameId(palm.link)]
+    if frame.parentJoint != 0:
+        raise HandError(
+            f"the palm link '{palm.link}' of hand '{hand}' is moved by joint "
+            f"'{model.names[frame.parentJoint]}'",
+            remedy="choose a link fixed to the root link",
+        )
+    rotation = pinocchio.rpy.rpyToMatrix(np.radians(palm.rpy_deg))
+    return frame.placement * pinocchio.SE3(rotation, np.array(palm.xyz_m))
+
+
+def _rest(model: pinocchio.Model, fingers: tuple[FingerDescription, ...]) -> FloatArray:
+    """Return the joints of a hand no finger of which is used."""
+    rest = np.clip(0.0, model.lowerPositionLimit, model.upperPositionLimit)
+    for finger in fingers:
+        angles = finger.rest_deg if finger.rest_deg is not None else finger.posture_deg
+        if angles is None:
+            continue
+        frame = model.frames[model.getFrameId(finger.tip)]
+        support = [j for j in model.supports[frame.parentJoint] if j != 0]
+        for joint, angle in zip(support, np.radians(angles), strict=False):
+            i = model.joints[joint].idx_q
+            rest[i] = np.clip(angle, model.lowerPositionLimit[i], model.upperPositionLimit[i])
+    return np.asarray(rest, dtype=float)
