@@ -9,7 +9,7 @@ import typer
 from graspbench.cli.arguments import ConfigDir, Json
 from graspbench.errors import ConfigurationError
 
-_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study")
+_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study", "physical")
 
 
 def _complete(incomplete: str) -> list[str]:

@@ -8,6 +8,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.experiment.appendix_a import appendix_a
 from graspbench.experiment.figures_3 import figures_3
 from graspbench.experiment.paper_result import PaperResult, Say
+from graspbench.experiment.physical import physical
 from graspbench.experiment.store import (
     SCHEMA_VERSION,
     to_json,
@@ -60,4 +61,5 @@ EXPERIMENTS: dict[str, Experiment] = {
     "figures-3": figures_3,
     "appendix-a": appendix_a,
     "case-study": case_study,
+    "physical": physical,
 }
