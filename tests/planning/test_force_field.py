@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.errors import ConfigurationError
 from graspbench.planning.barrier import barrier_force
+from graspbench.planning.field import mean_radius
 from graspbench.planning.grip_plane import grip_geometry
 from graspbench.planning.index import INDICES, Moves, contour_nodes, free_moves, make_index
 from graspbench.planning.indices.force_field import (
@@ -340,3 +341,8 @@ def test_registered_with_its_parameters_and_refuses_one_finger():
     assert INDICES["force_field"].parameters is ForceFieldParameters
     with pytest.raises(ConfigurationError, match="at least 2 fingers"):
         make_index("force_field", ForceFieldParameters(), 1)
+
+
+def test_mean_radius_is_taken_from_the_centroid():
+    centroid = np.array([0.1, -0.2, 0.3])
+    assert mean_radius(centroid + star([0, 90, 200], radius=0.03), centroid) == pytest.approx(0.03)
