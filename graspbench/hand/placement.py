@@ -80,9 +80,9 @@ def _solve(system: System, damping: float) -> bool:
     h, step, frozen = system.factor, system.step, system.frozen
     size = step.size
     for i in range(size):
-        step[i] = 0.0 if frozen[i] > 0.0 else system.gradient[i]
+        step[i] = 0.0 if frozen[i] > 0.0 else system.best_gradient[i]
         for j in range(i + 1):
-            h[i, j] = 0.0 if frozen[i] + frozen[j] > 0.0 else system.hessian[i, j]
+            h[i, j] = 0.0 if frozen[i] + frozen[j] > 0.0 else system.best_hessian[i, j]
         h[i, i] = 1.0 if frozen[i] > 0.0 else h[i, i] + damping * (h[i, i] + 1.0)
     for i in range(size):
         for j in range(i + 1):
@@ -166,7 +166,7 @@ def improve(
         The cost reached.
     """
     n, k = joints.shape
-    best, damping, again = np.inf, 1e-4, False
+    best, damping = np.inf, 1e-4
     for _ in range(iterations):
         place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
         count = collect_tips(chains, task, contact_of, pose, system)
@@ -174,15 +174,15 @@ def improve(
             count = collect_world(chains, shapes, task, contact_of, pose, system, count)
             count = collect_hand(shapes, task, system, count)
         cost = _build(chains, joints, system, count)
-        if cost < best or again:
-            # After a step that failed the equations are built anew at the best posture.
-            done = cost > 0.995 * best and not again
-            damping = damping if again else max(damping * 0.2, 1e-7)
-            best, again = cost, False
+        if cost < best:
+            done = cost > 0.995 * best
+            damping = max(damping * 0.2, 1e-7)
+            best = cost
             _copy(pose, system.best_pose)
             _copy(joints, system.best_joints)
             if done:
                 break
+            _copy(system.hessian, system.best_hessian)
             for f in range(n):
                 for j in range(k):
                     i = 6 + f * k + j
@@ -190,16 +190,17 @@ def improve(
                     low = used and joints[f, j] <= chains.limits[f, j, LOWER] and system.gradient[i] < 0.0
                     high = used and joints[f, j] >= chains.limits[f, j, UPPER] and system.gradient[i] > 0.0
                     system.frozen[i] = 1.0 if not used or low or high else 0.0
-            while not _solve(system, damping):
-                damping *= 10.0
-            _move(chains, pose, joints, system.step)
+            for i in range(system.gradient.size):
+                system.best_gradient[i] = system.gradient[i]
         else:
             damping *= 10.0
-            again = True
-            _copy(system.best_pose, pose)
-            _copy(system.best_joints, joints)
             if damping > 1e4:
                 break
+            _copy(system.best_pose, pose)
+            _copy(system.best_joints, joints)
+        while not _solve(system, damping):
+            damping *= 10.0
+        _move(chains, pose, joints, system.step)
     _copy(system.best_pose, pose)
     _copy(system.best_joints, joints)
     return best

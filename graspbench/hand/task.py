@@ -44,6 +44,8 @@ class System(NamedTuple):
         bodies: Finger and link of point a, then of point b (PALM, or WORLD at rest outside), shape (r, 4).
         hessian: Shape (n, n), n = 6 + f k: the wrist's twist, then the joints by finger; lower half.
         gradient: Downhill, shape (n,).
+        best_hessian: The Hessian at the best posture so far, shape (n, n).
+        best_gradient: The gradient there, shape (n,).
         row: The row under construction, shape (n,).
         step: The step, shape (n,).
         factor: Cholesky factor, shape (n, n).
@@ -60,6 +62,8 @@ class System(NamedTuple):
     bodies: IntArray
     hessian: FloatArray
     gradient: FloatArray
+    best_hessian: FloatArray
+    best_gradient: FloatArray
     row: FloatArray
     step: FloatArray
     factor: FloatArray
@@ -82,6 +86,8 @@ def make_system(chains: Chains, shapes: Shapes) -> System:
         bodies=np.zeros((most, 4), dtype=np.int64),
         hessian=np.zeros((size, size)),
         gradient=np.zeros(size),
+        best_hessian=np.zeros((size, size)),
+        best_gradient=np.zeros(size),
         row=np.zeros(size),
         step=np.zeros(size),
         factor=np.zeros((size, size)),

@@ -1,0 +1,220 @@
+"""The search for a posture whose fingertips touch given contacts, from one start or from many."""
+
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.hand.chains import PREFERRED
+from graspbench.hand.collision import measure_clearances
+from graspbench.hand.kinematics import finger_ik_batch
+from graspbench.hand.model import HandModel
+from graspbench.hand.obstacle import Obstacle, make_obstacle
+from graspbench.hand.parameters import Margins
+from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink, triangles_of
+from graspbench.hand.placement import improve
+from graspbench.hand.posture import HandPosture
+from graspbench.hand.starts import approach_directions, rank_starts
+from graspbench.hand.task import HEIGHT, Task, make_system
+
+COLD_STARTS = 12
+REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 18, 10
+GUIDE_POINTS = 200
+TIP_TOLERANCE_M = 1e-5
+GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
+HOPELESS_COST = 400.0  # tips stay about 2 cm away
+IN_VAIN, NEAR_COST = 4, 5.0  # starts after which a search ends when none has come as near as that
+# What is comfortable: joint margin, singular value, clearances to ground, hand and object.
+COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
+TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT = 1, 2, 4, 8, 16, 32
+BITS = np.array([TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT])
+CLAUSES = {
+    JOINTS: "a joint would be at its limit",
+    SINGULAR: "a finger would be near a singularity",
+    GROUND: "the hand would hit the ground",
+    HAND: "the fingers would hit each other or the palm",
+    OBJECT: "the palm or a finger's link would hit the object",
+}
+
+
+class Surroundings(NamedTuple):
+    """An object's surface in the world.
+
+    Attributes:
+        points: Points that clearances are measured to: its nodes and the centres of its faces.
+        guide: Some of them, which guide the search.
+        triangles: All of it, for the exact test of what was found.
+    """
+
+    points: Obstacle
+    guide: Obstacle
+    triangles: Triangles
+
+
+def surroundings_of(points: FloatArray | None, faces: IntArray | None) -> Surroundings:
+    """Prepare a surface: points, shape (m, 3), or none, and its triangles, shape (t, 3), if known."""
+    vertices = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
+    triangles = triangles_of(vertices, faces)
+    centres = vertices[:0] if faces is None else triangles.balls[:, :3]
+    known = make_obstacle(np.concatenate((vertices, centres)))
+    stride = max(1, -(-len(known.points) // GUIDE_POINTS))
+    return Surroundings(known, make_obstacle(known.points[::stride]), triangles)
+
+
+class Attempt(NamedTuple):
+    """What came out of one start.
+
+    Attributes:
+        failed: Sum of what it fails: TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT; 0 when feasible.
+        comfort: The larger, the better; 1 is comfortable.
+        cost: Where the optimisation ended.
+        posture: The posture, feasible or not.
+    """
+
+    failed: int
+    comfort: float
+    cost: float
+    posture: HandPosture
+
+    @property
+    def reason(self) -> str:
+        """What it fails, in one clause; empty when it is feasible."""
+        if self.failed & TIPS:
+            left = f"{self.posture.tip_error_m * 1e3:.1f} mm are left"
+            return f"no wrist pose brings all fingers to the contacts ({left})"
+        return next((clause for bit, clause in CLAUSES.items() if self.failed & bit), "")
+
+
+class PostureSearch:
+    """Searches postures of one hand.
+
+    Args:
+        hand: The hand.
+        grounded: Whether there is a ground.
+        margins: What a posture has to keep.
+        starts: How many starts a search from anywhere tries at most.
+    """
+
+    def __init__(self, hand: HandModel, grounded: bool, margins: Margins, starts: int) -> None:
+        self._hand, self._grounded, self._starts = hand, grounded, starts
+        m = margins
+        self._margins = np.array([m.joint, m.singular_value_m, m.ground_m, m.hand_m, m.object_m])
+        self._assignments: dict[int, IntArray] = {}
+        self._rest = hand.by_finger(hand.rest)
+        self._tips = hand.tip_positions(hand.preferred)
+        self._system = make_system(hand.chains, hand.shapes)
+
+    def anywhere(self, task: Task, surroundings: Surroundings) -> Attempt:
+        """Try several starts: the first posture comfortable enough, or the most comfortable of a few."""
+        poses, fingers = rank_starts(
+            approach_directions(task.points, task.normals, self._grounded),
+            task.targets,
+            self._choices(len(task.points)),
+            self._tips,
+            task.limits[HEIGHT],
+            self._starts,
+        )
+        preferred = self._hand.chains.limits[:, :, PREFERRED]
+        tried: list[Attempt] = []
+        for pose, chosen in zip(poses, fingers, strict=True):
+            joints = self._rest.copy()
+            joints[chosen] = preferred[chosen]
+            tried.append(
+                self._attempt(task, surroundings, chosen, np.ascontiguousarray(pose), joints, COLD_STEPS)
+            )
+            feasible = [attempt.comfort for attempt in tried if attempt.failed == 0]
+            if len(feasible) == ENOUGH or max(feasible, default=0.0) >= GOOD_ENOUGH:
+                break
+            if len(tried) == IN_VAIN and min(attempt.cost for attempt in tried) > NEAR_COST:
+                break
+        return max(tried, key=lambda attempt: (attempt.failed == 0, attempt.comfort))
+
+    def near(self, task: Task, surroundings: Surroundings, start: HandPosture) -> Attempt | None:
+        """Move a posture for similar contacts onto these; None when that fails."""
+        if len(start.fingers) != len(task.points):
+            return None
+        pose, fingers = np.array(start.transform_palm_to_world[:3]), np.array(start.fingers)
+        joints = self._hand.by_finger(start.joints)
+        attempt = self._attempt(task, surroundings, fingers, pose, joints, WARM_STEPS)
+        return attempt if attempt.failed == 0 else None
+
+    def _choices(self, m: int) -> IntArray:
+        """Return the fingers each contact may be given, one row a choice."""
+        if m not in self._assignments:
+            rows = list(permutations(range(self._hand.n_fingers), m))
+            if self._hand.symmetric:
+                # Turning the wrist turns any choice into one that gives finger 0 to contact 0.
+                rows = [row for row in rows if row[0] == 0]
+            self._assignments[m] = np.array(rows, dtype=np.int64)
+        return self._assignments[m]
+
+    def _attempt(
+        self,
+        task: Task,
+        surroundings: Surroundings,
+        fingers: IntArray,
+        pose: FloatArray,
+        joints: FloatArray,
+        steps: int,
+    ) -> Attempt:
+        """Improve one start, pose and joints in place, and judge where it ends."""
+        hand, system = self._hand, self._system
+        guide = task._replace(obstacle=surroundings.guide)
+        contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
+        contact_of[fingers] = np.arange(len(fingers))
+        if steps == COLD_STEPS:
+            # Reach first: collisions of a posture that is far off say nothing.
+            cost = improve(
+                hand.chains, hand.shapes, guide, contact_of, pose, joints, system, False, REACH_STEPS
+            )
+            if cost > HOPELESS_COST:
+                error = float(np.sqrt(cost)) * 1e-3
+                posture = self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3))
+                return Attempt(TIPS, -error, cost, posture)
+        cost = improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, system, True, steps)
+        quantities = self._settle(task, fingers, pose, joints)
+        clearances = np.zeros(3)
+        if quantities[0] <= TIP_TOLERANCE_M:
+            measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
+        measured = np.array([quantities[1], quantities[2], *clearances])
+        failed = int(np.array([quantities[0] > TIP_TOLERANCE_M, *(measured < self._margins)]) @ BITS)
+        if failed == 0 and links_sink(
+            hand.chains, hand.shapes, surroundings.triangles, contact_of, pose, joints, system, DEPTH_M
+        ):
+            failed = OBJECT
+        comfort = -float(quantities[0]) if failed & TIPS else float(np.min(measured / COMFORT))
+        return Attempt(failed, comfort, cost, self._posture(pose, joints, fingers, quantities, clearances))
+
+    def _settle(self, task: Task, fingers: IntArray, pose: FloatArray, joints: FloatArray) -> FloatArray:
+        """Bring every tip exactly to its target, the wrist at rest; joints change in place.
+
+        Returns:
+            Largest tip error, smallest joint margin, smallest singular value.
+        """
+        chains = self._hand.chains
+        targets = (task.targets - pose[:, 3]) @ pose[:, :3]
+        quantities = np.empty((len(fingers), 3, 1))
+        for i, f in enumerate(fingers):
+            finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[i])
+        return np.array([quantities[:, 0].max(), quantities[:, 1].min(), quantities[:, 2].min()])
+
+    def _posture(
+        self,
+        pose: FloatArray,
+        joints: FloatArray,
+        fingers: IntArray,
+        quantities: FloatArray,
+        clearances: FloatArray,
+    ) -> HandPosture:
+        transform = np.eye(4)
+        transform[:3] = pose
+        return HandPosture(
+            transform_palm_to_world=transform,
+            joints=self._hand.joint_vector(joints),
+            fingers=tuple(int(f) for f in fingers),
+            tip_error_m=float(quantities[0]),
+            joint_margin=float(quantities[1]),
+            smallest_singular_value=float(quantities[2]),
+            clearance_m=float(min(clearances[0], clearances[1])),
+        )
