@@ -11,8 +11,8 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.experiment.clock import StageClock
 from graspbench.experiment.config import TrialConfig
-from graspbench.experiment.results import smallest_width
 from graspbench.geometry import ObjectModel, load_object
+from graspbench.geometry.width import smallest_width
 from graspbench.hand import GraspChecker, HandModel, load_hand
 from graspbench.perception import Silhouette, View
 from graspbench.perception import silhouettes as find_silhouettes
