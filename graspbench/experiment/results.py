@@ -4,9 +4,6 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from graspbench.arrays import FloatArray
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
