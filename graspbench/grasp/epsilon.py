@@ -30,6 +30,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
 from graspbench.grasp.epsilon_of_sum import smallest_support_of_sum
+from graspbench.grasp.free_directions import remove_direction
 from graspbench.grasp.polygon import least_on_polygon
 
 FaceTable = tuple[IntArray, IntArray]
@@ -231,32 +232,8 @@ def _reduce(
         for b in range(size):
             basis[a, b] = free[level, a, b]
     for r in range(share):
-        j = level * n_v + face[r]
-        norm = 0.0
-        for b in range(size):
-            norm += columns[b, j] ** 2
-        length = 0.0
-        for a in range(k):
-            value = 0.0
-            for b in range(size):
-                value += basis[a, b] * columns[b, j]
-            part[a] = value
-            length += value**2
-        if length <= _INDEPENDENT * norm:
+        if not remove_direction(basis, k, columns[:, level * n_v + face[r]], part, _INDEPENDENT):
             return False
-        length = np.sqrt(length)
-        part[k - 1] += length if part[k - 1] >= 0.0 else -length
-        scale = 0.0
-        for a in range(k):
-            scale += part[a] ** 2
-        scale = 2.0 / scale
-        for b in range(size):
-            value = 0.0
-            for a in range(k):
-                value += part[a] * basis[a, b]
-            value *= scale
-            for a in range(k - 1):
-                basis[a, b] -= value * part[a]
         k -= 1
     dims[level + 1] = k
     return True

@@ -16,6 +16,9 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
+from graspbench.grasp.free_directions import remove_direction
+
+_INDEPENDENT = 1e-26  # squared share of a row off the span of others below which it is rounding
 
 FaceTable = tuple[IntArray, IntArray]
 """Corners of every face, padded with -1, and the offsets of faces of dimension 0, 1, 2..."""
@@ -132,32 +135,10 @@ def _reduce(
     row = np.empty(size)
     part = np.empty(size)
     for r in range(share):
-        norm = 0.0
         for b in range(size):
             row[b] = points[level, corners[face, r + 1], b] - points[level, corners[face, 0], b]
-            norm += row[b] ** 2
-        length = 0.0
-        for a in range(k):
-            value = 0.0
-            for b in range(size):
-                value += basis[a, b] * row[b]
-            part[a] = value
-            length += value**2
-        if length <= 1e-26 * norm or k == 0:
+        if not remove_direction(basis, k, row, part, _INDEPENDENT):
             return False
-        length = np.sqrt(length)
-        part[k - 1] += length if part[k - 1] >= 0.0 else -length
-        scale = 0.0
-        for a in range(k):
-            scale += part[a] ** 2
-        scale = 2.0 / scale
-        for b in range(size):
-            value = 0.0
-            for a in range(k):
-                value += part[a] * basis[a, b]
-            value *= scale
-            for a in range(k - 1):
-                basis[a, b] -= value * part[a]
         k -= 1
     dims[level + 1] = k
     return True
