@@ -57,6 +57,7 @@ def execute(
             for f, point in zip(fingers, grasp.points, strict=True)
         ),
         tip_error_max_m=tip_error,
+        palm_error_max_m=stage.palm_error_max_m,
         object_displacement_m=displacement,
         object_turn_deg=turn_deg(start, reached),
         grip_force_n=0.0 if outcome is None else outcome.grip_force_n,

@@ -140,6 +140,7 @@ class ExecutionResult:
         contact_time_s: When each finger touched, nan if it did not.
         contact_error_m: Distance of each real contact from the planned one, nan if there is none.
         tip_error_max_m: Largest distance of a fingertip from its planned path before it touched.
+        palm_error_max_m: Largest distance of the palm from where it was wanted, at any sample.
         object_displacement_m: How far the object's centre was moved until the end of the closing.
         object_turn_deg: How far it was turned until then.
         grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
@@ -157,6 +158,7 @@ class ExecutionResult:
     contact_time_s: tuple[float, ...]
     contact_error_m: tuple[float, ...]
     tip_error_max_m: float
+    palm_error_max_m: float
     object_displacement_m: float
     object_turn_deg: float
     grip_force_n: float

@@ -46,6 +46,9 @@ class SimulatedHand:
         joints: The fingers' first joint positions, shape (n_q,).
         parameters: Friction and control.
 
+    Attributes:
+        palm_goal: Where the palm was last wanted, transform_palm_to_world, shape (4, 4).
+
     Raises:
         HandError: PyBullet cannot load the hand, or lacks one of its joints.
     """
@@ -66,10 +69,12 @@ class SimulatedHand:
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        self.palm_goal = mount.palm_pose()
         self.drive_joints(joints, np.zeros(len(joints)))
 
     def drive_wrist(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
         """Set the palm's goal for the end of the next step, shape (4, 4)."""
+        self.palm_goal = transform_palm_to_world
         self.mount.drive(transform_palm_to_world, time_step_s)
 
     def palm_pose(self) -> FloatArray:

@@ -48,7 +48,10 @@ def hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[T
     pushes = None
     if grip.squeeze():
         pivot = stage.world.object_pose()[:3, 3]
-        held = all(grip.move(*phase) for phase in carrying(stage.hand.palm_pose(), pivot, p))
+        held = all(
+            grip.move(*phase)
+            for phase in carrying(stage.hand.palm_pose(), pivot, p, stage.hand.mount.tilt_direction)
+        )
         if held and p.until in ("pushes", "shakes"):
             pushes = tuple(grip.push(direction) for direction in _PUSHES)
         if held and p.until == "shakes":

@@ -13,14 +13,21 @@ PalmMotion = Callable[[float], FloatArray]
 
 
 def carrying(
-    low: FloatArray, object_position: FloatArray, p: ExecutionParameters
+    low: FloatArray, object_position: FloatArray, p: ExecutionParameters, tilt_direction: float = 1.0
 ) -> list[tuple[str, PalmMotion, float]]:
-    """Return name, motion and duration of the phases that carry the object about."""
+    """Return name, motion and duration of the phases that carry the object about.
+
+    Args:
+        low: transform_palm_to_world at the grasp, shape (4, 4).
+        object_position: Centre of the object then, shape (3,).
+        p: Heights, angles and times.
+        tilt_direction: 1 tilts so that a horizontal approach direction turns upwards, -1 downwards.
+    """
     high = low.copy()
     high[2, 3] += p.lift_height_m
     pivot = object_position.copy()
     pivot[2] += p.lift_height_m
-    axis = np.radians(p.rotation_deg) * tilt_axis(low)
+    axis = tilt_direction * np.radians(p.rotation_deg) * tilt_axis(low)
 
     def lifted(share: float) -> FloatArray:
         pose = low.copy()

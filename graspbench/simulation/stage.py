@@ -10,9 +10,8 @@ from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters, Motion
 from graspbench.simulation.hand import SimulatedHand
-from graspbench.simulation.palm_motion import tilt_axis
+from graspbench.simulation.mount import make_mount
 from graspbench.simulation.world import World
-from graspbench.simulation.wrist import FloatingWrist
 
 _SAMPLE_S = 0.02
 _CONTACT_BREAKING_M = 0.002
@@ -39,7 +38,12 @@ class JointPath(Protocol):
 
 
 class Stage:
-    """World and hand while a grasp is executed; it steps time and takes samples."""
+    """World and hand while a grasp is executed; it steps time and takes samples.
+
+    Attributes:
+        steps: Time steps gone by.
+        palm_error_max_m: Largest distance, at any sample, of the palm from where it was wanted.
+    """
 
     def __init__(
         self, world: World, hand: HandModel, path: JointPath, parameters: ExecutionParameters
@@ -47,6 +51,7 @@ class Stage:
         self.world, self.model, self.parameters = world, hand, parameters
         self.time_step_s = parameters.time_step_s
         self.steps = 0
+        self.palm_error_max_m = 0.0
         self._samples: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
         self._sampled_step = 0
         pybullet.setPhysicsEngineParameter(
@@ -54,8 +59,8 @@ class Stage:
         )
         self._set_steps(1, parameters.solver_iterations)
         palms = path.transform_palm_to_world
-        wrist = FloatingWrist(hand, palms[0], tilt_axis(palms[-1]))
-        self.hand = SimulatedHand(world, hand, wrist, path.joints[0], parameters)
+        mount = make_mount(hand, path.times, palms, world.object_pose()[:3, 3], parameters)
+        self.hand = SimulatedHand(world, hand, mount, path.joints[0], parameters)
 
     def step(self, count: int = 1) -> None:
         """Advance the simulation by some time steps at once.
@@ -77,7 +82,10 @@ class Stage:
         pose = self.world.object_pose()
         if not np.isfinite(pose).all():
             raise SimulationError("the object's pose is not finite", remedy="reduce execution.time_step_s")
-        self._samples.append((self.time_s, self.hand.state()[0], self.hand.palm_pose(), pose))
+        palm = self.hand.palm_pose()
+        error = float(np.linalg.norm(palm[:3, 3] - self.hand.palm_goal[:3, 3]))
+        self.palm_error_max_m = max(self.palm_error_max_m, error)
+        self._samples.append((self.time_s, self.hand.state()[0], palm, pose))
 
     def _set_steps(self, count: int, iterations: int) -> None:
         self._count = count

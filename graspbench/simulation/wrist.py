@@ -31,6 +31,11 @@ class Mount(Protocol):
         """Pose of the mounted hand's fixed base, shape (4, 4)."""
         ...
 
+    @property
+    def tilt_direction(self) -> float:
+        """Which way the wrist tilts after the lift: 1, approach turning upwards, or -1."""
+        ...
+
     def urdf(self) -> str:
         """Return the URDF of mount and hand in one; its mesh files are absolute paths."""
         ...
@@ -80,6 +85,11 @@ class FloatingWrist:
     def base_to_world(self) -> FloatArray:
         """Pose of the wrist's fixed base, shape (4, 4)."""
         return self._base
+
+    @property
+    def tilt_direction(self) -> float:
+        """Which way the wrist tilts after the lift: it has no arm that would be in the way."""
+        return 1.0
 
     def urdf(self) -> str:
         """Return the URDF of wrist and hand."""
@@ -136,18 +146,12 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
     Raises:
         HandError: A mesh file of the URDF cannot be found.
     """
-    robot = ElementTree.parse(hand.urdf_path).getroot()
-    for mesh in robot.iter("mesh"):
-        mesh.set("filename", str(_mesh_path(hand, mesh.get("filename", ""))))
-    children = {
-        _attribute(joint, "child") for joint in robot.iter("joint") if joint.find("child") is not None
-    }
-    root = next(link.get("name", "") for link in robot.findall("link") if link.get("name") not in children)
+    robot, root = hand_robot(hand)
     mount = ElementTree.Element("robot", robot.attrib)
-    mount.append(_link("wrist_base"))
+    mount.append(light_link("wrist_base"))
     parent = "wrist_base"
     for name, axis in zip(WRIST_JOINTS, _AXES, strict=True):
-        mount.append(_link(f"{name}_link"))
+        mount.append(light_link(f"{name}_link"))
         kind = "revolute" if "_r" in name else "prismatic"
         joint = _joint(name, kind, parent, f"{name}_link", axis)
         mount.append(joint)
@@ -158,6 +162,22 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
     mount.append(fixed)
     mount.extend(copy.deepcopy(part) for part in robot)
     return ElementTree.tostring(mount, encoding="unicode")
+
+
+def hand_robot(hand: HandModel) -> tuple[ElementTree.Element, str]:
+    """Return the hand's URDF with absolute paths of its mesh files, and its root link's name.
+
+    Raises:
+        HandError: A mesh file of the URDF cannot be found.
+    """
+    robot = ElementTree.parse(hand.urdf_path).getroot()
+    for mesh in robot.iter("mesh"):
+        mesh.set("filename", str(_mesh_path(hand, mesh.get("filename", ""))))
+    children = {
+        _attribute(joint, "child") for joint in robot.iter("joint") if joint.find("child") is not None
+    }
+    root = next(link.get("name", "") for link in robot.findall("link") if link.get("name") not in children)
+    return robot, root
 
 
 def wrist_coordinates(pose_wrist_in_base: FloatArray) -> FloatArray:
@@ -198,7 +218,8 @@ def _mesh_path(hand: HandModel, name: str) -> Path:
     )
 
 
-def _link(name: str) -> ElementTree.Element:
+def light_link(name: str) -> ElementTree.Element:
+    """Return a link without a shape that weighs little."""
     link = ElementTree.Element("link", name=name)
     inertial = ElementTree.SubElement(link, "inertial")
     ElementTree.SubElement(inertial, "mass", value=str(_MASS_KG))
