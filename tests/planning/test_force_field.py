@@ -78,7 +78,7 @@ def test_area_term_pushes_straight_outwards_with_unit_force():
 
 
 def test_projection_leaves_the_tangential_part_of_the_sum():
-    points = star([0, 120, 240], height=0.01)
+    points = star([0, 110, 250], height=0.01)
     normals = star([0, 120, 240], radius=1.0)
     barrier = np.tile([0.1, 0.0, 0.2], (3, 1))
     parameters = ForceFieldParameters(k_b=3.0)
