@@ -19,6 +19,7 @@ from graspbench.hand.shapes import Shapes
 from graspbench.hand.task import WORLD, System, Task
 
 CENTRING_WEIGHT = 0.25
+TRIAL, PROMISING_COST = 8, 10.0  # evaluations after which a start that is not as good as that is given up
 
 
 @inner
@@ -167,7 +168,9 @@ def improve(
     """
     n, k = joints.shape
     best, damping = np.inf, 1e-4
-    for _ in range(iterations):
+    for evaluation in range(iterations):
+        if avoid and evaluation == TRIAL and best > PROMISING_COST:
+            break
         place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
         count = collect_tips(chains, task, contact_of, pose, system)
         if avoid:

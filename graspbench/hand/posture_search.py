@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.hand.chains import PREFERRED
+from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
 from graspbench.hand.collision import measure_clearances
 from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
@@ -24,6 +24,7 @@ GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
+JOINT_BUFFER = 1.5  # the optimisation keeps this many times the margin to joint limits
 IN_VAIN, NEAR_COST = 4, 5.0  # starts after which a search ends when none has come as near as that
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
 COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
@@ -161,18 +162,17 @@ class PostureSearch:
         """Improve one start, pose and joints in place, and judge where it ends."""
         hand, system = self._hand, self._system
         guide = task._replace(obstacle=surroundings.guide)
+        chains = self._within_margins(fingers)
         contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
         contact_of[fingers] = np.arange(len(fingers))
         if steps == COLD_STEPS:
             # Reach first: collisions of a posture that is far off say nothing.
-            cost = improve(
-                hand.chains, hand.shapes, guide, contact_of, pose, joints, system, False, REACH_STEPS
-            )
+            cost = improve(chains, hand.shapes, guide, contact_of, pose, joints, system, False, REACH_STEPS)
             if cost > HOPELESS_COST:
                 error = float(np.sqrt(cost)) * 1e-3
                 posture = self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3))
                 return Attempt(TIPS, -error, cost, posture)
-        cost = improve(hand.chains, hand.shapes, guide, contact_of, pose, joints, system, True, steps)
+        cost = improve(chains, hand.shapes, guide, contact_of, pose, joints, system, True, steps)
         quantities = self._settle(task, fingers, pose, joints)
         clearances = np.zeros(3)
         if quantities[0] <= TIP_TOLERANCE_M:
@@ -185,6 +185,14 @@ class PostureSearch:
             failed = OBJECT
         comfort = -float(quantities[0]) if failed & TIPS else float(np.min(measured / COMFORT))
         return Attempt(failed, comfort, cost, self._posture(pose, joints, fingers, quantities, clearances))
+
+    def _within_margins(self, fingers: IntArray) -> Chains:
+        """Return the chains, those of the used fingers with limits that keep the margin."""
+        limits = self._hand.chains.limits.copy()
+        ranges = limits[fingers, :, UPPER] - limits[fingers, :, LOWER]
+        limits[fingers, :, LOWER] += JOINT_BUFFER * self._margins[0] * ranges
+        limits[fingers, :, UPPER] -= JOINT_BUFFER * self._margins[0] * ranges
+        return self._hand.chains._replace(limits=limits)
 
     def _settle(self, task: Task, fingers: IntArray, pose: FloatArray, joints: FloatArray) -> FloatArray:
         """Bring every tip exactly to its target, the wrist at rest; joints change in place.
