@@ -21,9 +21,10 @@ from graspbench.bench.result import BenchResult
 from graspbench.errors import ConfigurationError
 from graspbench.hand import HandModel, HandParameters, load_hand
 from graspbench.manipulation import charts
-from graspbench.manipulation.clik import Clik, ClikParameters, simulate
+from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
 from graspbench.manipulation.integration import INTEGRATORS, step
+from graspbench.manipulation.loop import simulate
 from graspbench.manipulation.manipulate import hand_tree
 from graspbench.manipulation.motion import MotionParameters, object_motion
 from graspbench.manipulation.task import build_tasks

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
         sphere,
     )
     from graspbench.manipulation.classification import GraspClass, classify
-    from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, PriorityChange, simulate
+    from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange
     from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
     from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
+    from graspbench.manipulation.loop import ClikHistory, simulate
     from graspbench.manipulation.manipulate import ContactParameters, ManipulationResult, manipulate_object
     from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
     from graspbench.manipulation.task import TASKS, Task, TaskValue, build_tasks
@@ -31,7 +32,7 @@ _HOMES = {
     "CaseStudyResult": "case_study",
     "Chart": "charts",
     "Clik": "clik",
-    "ClikHistory": "clik",
+    "ClikHistory": "loop",
     "ClikParameters": "clik",
     "Contact": "contact_kinematics",
     "ContactForces": "forces",
@@ -60,7 +61,7 @@ _HOMES = {
     "plane": "charts",
     "revolution": "charts",
     "run_case_study": "case_study",
-    "simulate": "clik",
+    "simulate": "loop",
     "sphere": "charts",
     "tree_from_pinocchio": "tree",
 }

@@ -16,9 +16,10 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError
 from graspbench.manipulation import charts
 from graspbench.manipulation.classification import GraspClass, classify
-from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, simulate
+from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
 from graspbench.manipulation.forces import is_force_closure
+from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.motion import Segment, Trajectory, arc, line, reverse
 from graspbench.manipulation.task import build_tasks
 from graspbench.manipulation.tree import planar_tree

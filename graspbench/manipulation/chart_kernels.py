@@ -3,16 +3,16 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray
+from graspbench.compiled import compiled, inner
 
 PLANE, SPHERE, ELLIPSOID, CYLINDER, REVOLUTION, PATCH = range(6)
 HEADER = 12
 """Numbers before a chart's own ones: its rotation and origin in the object frame."""
 
 
-@njit(cache=True)
+@compiled
 def chart_derivatives(kind: int, p: FloatArray, u: float, v: float, out: FloatArray) -> None:
     """Write c, c_u, c_v, c_uu, c_uv, c_vv in the object frame into ``out``, shape (6, 3).
 
@@ -41,7 +41,7 @@ def chart_derivatives(kind: int, p: FloatArray, u: float, v: float, out: FloatAr
         out[0, i] += p[9 + i]
 
 
-@njit(cache=True)
+@inner
 def _revolution(kind: int, p: FloatArray, u: float, v: float, d: FloatArray) -> None:
     """Spheres, cylinders and splined profiles: c = (rho(v) cos u, rho(v) sin u, zeta(v))."""
     rho, rho1, rho2 = p[0], 0.0, 0.0
@@ -69,7 +69,7 @@ def _revolution(kind: int, p: FloatArray, u: float, v: float, d: FloatArray) -> 
     d[5, 0], d[5, 1], d[5, 2] = rho2 * c, rho2 * s, zeta2
 
 
-@njit(cache=True)
+@inner
 def _ellipsoid(a: float, b: float, c: float, u: float, v: float, d: FloatArray) -> None:
     """Jacobi's ellipsoidal coordinates for a >= b >= c, a > c; the lines of curvature."""
     cu, su, cv, sv = math.cos(u), math.sin(u), math.cos(v), math.sin(v)
@@ -88,7 +88,7 @@ def _ellipsoid(a: float, b: float, c: float, u: float, v: float, d: FloatArray) 
     d[5, 0], d[5, 1], d[5, 2] = a * cu * f2, -b * cv * su, -c * sv * g
 
 
-@njit(cache=True)
+@inner
 def _patch(k: FloatArray, u: float, v: float, d: FloatArray) -> None:
     """Cubic height field: c = (u, v, f)."""
     d[0, 0], d[0, 1] = u, v
@@ -112,7 +112,7 @@ def _patch(k: FloatArray, u: float, v: float, d: FloatArray) -> None:
     d[5, 2] = 2.0 * k[4] + 2.0 * k[7] * u + 6.0 * k[8] * v
 
 
-@njit(cache=True)
+@compiled
 def gauss_frame(d: FloatArray, frame: FloatArray, spin: FloatArray) -> None:
     """Write the Gauss frame and the matrix C of a chart point.
 

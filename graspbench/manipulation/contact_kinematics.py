@@ -9,8 +9,15 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation.charts import Chart
-from graspbench.manipulation.kernels import StateArrays, SystemArrays, evaluate
+from graspbench.manipulation.law_kernels import update_state
 from graspbench.manipulation.rotations import EULER_GUARD, euler_angles
+from graspbench.manipulation.state_arrays import (
+    SystemArrays,
+    new_state_memory,
+    pack_system,
+    state_arrays,
+    system_arrays,
+)
 from graspbench.manipulation.tree import KinematicTree
 
 ContactType: TypeAlias = Literal["frictionless", "hard", "soft", "rolling"]
@@ -60,7 +67,8 @@ class ManipulationSystem:
         n_variables: Length of z.
         rows: Components of a twist that count, 3 or 6.
         planar: As given.
-        arrays: What compiled code reads.
+        memory: What compiled code reads.
+        arrays: The arrays in it.
     """
 
     def __init__(self, tree: KinematicTree, contacts: Sequence[Contact], *, planar: bool = False) -> None:
@@ -84,23 +92,27 @@ class ManipulationSystem:
         parameters = np.zeros((self.n_contacts, max(c.chart.parameters.size for c in contacts)))
         for i, contact in enumerate(contacts):
             parameters[i, : contact.chart.parameters.size] = contact.chart.parameters
-        self.arrays = SystemArrays(
-            tree.parents,
-            tree.placement_rotations,
+        groups = _groups(tree.paths(), xi, theta, self.rows, self.n_variables)
+        packed = SystemArrays(
+            _turns(tree),
             tree.placement_translations,
             tree.axes,
-            tree.tip_joints,
-            tree.tip_rotations.copy(),
+            tree.tip_rotations,
             tree.tip_translations,
+            np.array([c.tip_radius_m for c in contacts]),
+            parameters,
+            tree.parents,
+            tree.tip_joints,
             tree.paths(),
             np.array([c.chart.kind for c in contacts], dtype=np.int64),
-            parameters,
-            np.array([c.tip_radius_m for c in contacts]),
             np.array([c.kind == "rolling" for c in contacts], dtype=np.int64),
             xi,
             theta,
             components,
+            *groups,
         )
+        self.memory = pack_system(packed, self.n_variables)
+        self.arrays = system_arrays(*self.memory)
 
     @property
     def xi_columns(self) -> IntArray:
@@ -169,7 +181,7 @@ class ManipulationSystem:
 class State:
     """The system at one configuration; updated in place, because a control loop asks for many.
 
-    The attributes are those of `kernels.StateArrays`, and:
+    The attributes are those of `state_arrays.StateArrays`, and:
 
     Attributes:
         system: The system.
@@ -178,24 +190,11 @@ class State:
     """
 
     def __init__(self, system: ManipulationSystem) -> None:
-        q, c, n = system.n_joints, system.n_contacts, system.n_variables
         self.system = system
-        self.joints = np.zeros(q)
-        self.contact_variables = np.zeros((c, 5))
-        shapes = [
-            (q, 3, 3),
-            (q, 3),
-            (q, 3),
-            (c, 3),
-            (c, 3, 3),
-            (c, 6, q),
-            (c, 3),
-            (c, 3, 2),
-            (c, 3),
-            (c, 3, 2),
-        ]
-        shapes += [(c, 3), (c, 3, 3), (c, 3), (c, 2, n), (system.rows * c, n), (c,)]
-        self.arrays = StateArrays(*(np.zeros(shape) for shape in shapes))
+        self.memory = new_state_memory(system.memory)
+        self.arrays = state_arrays(self.memory, system.memory.indices)
+        self.joints = self.arrays.joints
+        self.contact_variables = self.arrays.contact_variables
         self.tip_positions = self.arrays.tip_positions
         self.tip_rotations = self.arrays.tip_rotations
         self.tip_jacobians = self.arrays.tip_jacobians
@@ -219,8 +218,7 @@ class State:
         """
         self.joints[:] = joints
         self.contact_variables[:] = contact_variables
-        evaluate(self.system.arrays, self.joints, self.contact_variables, self.arrays)
-        if self.arrays.euler_cosines.min() < EULER_GUARD:
+        if update_state(*self.system.memory, self.memory) < EULER_GUARD:
             self.refuse_singularity()
 
     def refuse_singularity(self) -> None:
@@ -229,7 +227,7 @@ class State:
         Raises:
             ManipulationError: Always.
         """
-        contact = int(np.argmin(self.arrays.euler_cosines))
+        contact = int(np.argmin(np.cos(self.contact_variables[:, 3])))
         raise ManipulationError(
             f"the ball joint angles of contact {contact} reached their singularity at 90 deg",
             remedy="start with aligned finger frames, or turn the object less",
@@ -290,3 +288,46 @@ def _columns(contacts: Sequence[Contact], n_joints: int, planar: bool) -> tuple[
                 (xi[i] if k < 2 else theta[i])[k if k < 2 else k - 2] = column
                 column += 1
     return xi, theta, column
+
+
+def _turns(tree: KinematicTree) -> FloatArray:
+    """Return matrices A, B, C of each joint with A + cos q B + sin q C its rotation, shape (n_q, 3, 3, 3)."""
+    turns = np.zeros((tree.n_joints, 3, 3, 3))
+    for joint, (place, axis) in enumerate(zip(tree.placement_rotations, tree.axes, strict=True)):
+        x, y, z = axis
+        along = np.outer(axis, axis)
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        turns[joint] = place @ along, place @ (np.eye(3) - along), place @ cross
+    return turns
+
+
+def _groups(
+    paths: IntArray, xi: IntArray, theta: IntArray, rows: int, n_variables: int
+) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Group contacts whose fingers share joints; see `state_arrays.SystemArrays`."""
+    label = np.arange(len(paths))
+    for i, path in enumerate(paths):
+        for k in range(i):
+            if np.any(path & paths[k]):
+                label[label == label[i]] = label[k]
+    group_rows, group_columns = [], []
+    for group in np.unique(label):
+        own = np.flatnonzero(label == group)
+        contact = np.concatenate([xi[own].ravel(), theta[own].ravel()])
+        group_columns.append(
+            np.concatenate([np.flatnonzero(paths[own].any(axis=0)), np.sort(contact[contact >= 0])])
+        )
+        group_rows.append((rows * own[:, None] + np.arange(rows)).ravel())
+    idle = np.setdiff1d(np.arange(n_variables), np.concatenate(group_columns))
+    if idle.size:
+        group_columns.append(idle)
+        group_rows.append(np.zeros(0, dtype=np.int64))
+    if any(len(r) > len(c) for r, c in zip(group_rows, group_columns, strict=True)):
+        # a finger with too few variables of its own: only all fingers together can be factorised
+        group_rows, group_columns = [np.arange(rows * len(paths))], [np.arange(n_variables)]
+    return (*_stacked(group_rows), *_stacked(group_columns))
+
+
+def _stacked(parts: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
+    starts = np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)
+    return np.concatenate(parts).astype(np.int64), starts

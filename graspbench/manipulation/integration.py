@@ -2,10 +2,7 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numba import njit
-
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray
 from graspbench.manipulation.motion import PoseSample
 
 if TYPE_CHECKING:
@@ -55,9 +52,7 @@ def step(
         velocity: z' at its start.
         desired: The reference if it is held over the period, None if it runs on.
     """
-    arrays, state = clik.system.arrays, clik.state.arrays
-    joint_rate, contact_rate = velocity[: len(joints)], np.empty_like(contacts)
-    _contact_rates(state.xi_jacobians, arrays.theta_columns, velocity, contact_rate)
+    joint_rate, contact_rate = velocity[: len(joints)], clik.contact_rates
     if rule.order == 1:
         return joints + period_s * joint_rate, contacts + period_s * contact_rate
     joint_sum, contact_sum = rule.weights[0] * joint_rate, rule.weights[0] * contact_rate
@@ -66,21 +61,6 @@ def step(
         at = clik.reference(time_s + dt) if desired is None else desired
         velocity = clik.respond(time_s + dt, at, joints + dt * joint_rate, contacts + dt * contact_rate)
         joint_rate = velocity[: len(joints)]
-        _contact_rates(state.xi_jacobians, arrays.theta_columns, velocity, contact_rate)
         joint_sum = joint_sum + weight * joint_rate
         contact_sum = contact_sum + weight * contact_rate
     return joints + period_s * joint_sum, contacts + period_s * contact_sum
-
-
-@njit(cache=True)
-def _contact_rates(
-    xi_jacobians: FloatArray, theta_columns: IntArray, velocity: FloatArray, out: FloatArray
-) -> None:
-    for i in range(len(out)):
-        for k in range(2):
-            total = 0.0
-            for v in range(len(velocity)):
-                total += xi_jacobians[i, k, v] * velocity[v]
-            out[i, k] = total
-        for k in range(3):
-            out[i, 2 + k] = velocity[theta_columns[i, k]] if theta_columns[i, k] >= 0 else 0.0

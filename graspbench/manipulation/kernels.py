@@ -1,183 +1,307 @@
-"""Compiled kinematics of a hand, its contacts and the object (thesis 4.1 and 4.2).
-
-One call of `evaluate` fills a `StateArrays` from joint and contact variables.
-"""
+"""Compiled kinematics of a hand, its contacts and the object (thesis 4.1 and 4.2)."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import inner
 from graspbench.manipulation.chart_kernels import chart_derivatives, gauss_frame
-from graspbench.manipulation.rotations import (
-    axis_angle_matrix,
-    euler_matrix,
-    euler_rates,
-    matmul3,
-    rotation_error,
-)
+from graspbench.manipulation.rotations import euler_matrix, euler_rates, matmul3
+from graspbench.manipulation.state_arrays import StateArrays, SystemArrays
 
 
-class SystemArrays(NamedTuple):
-    """What does not change while the object moves; see `system.ManipulationSystem`."""
-
-    parents: IntArray  # (n_q,)
-    placement_rotations: FloatArray  # (n_q, 3, 3)
-    placement_translations: FloatArray  # (n_q, 3)
-    axes: FloatArray  # (n_q, 3)
-    tip_joints: IntArray  # (n_c,)
-    tip_rotations: FloatArray  # (n_c, 3, 3)
-    tip_translations: FloatArray  # (n_c, 3)
-    paths: IntArray  # (n_c, n_q)
-    chart_kinds: IntArray  # (n_c,)
-    chart_parameters: FloatArray  # (n_c, p)
-    tip_radii: FloatArray  # (n_c,)
-    rolling: IntArray  # (n_c,)
-    xi_columns: IntArray  # (n_c, 2), -1 where constant
-    theta_columns: IntArray  # (n_c, 3), -1 where constant
-    components: IntArray  # (k,) rows of a twist that count: all six, or x, y, omega_z
-
-
-class StateArrays(NamedTuple):
-    """What `evaluate` computes; base frame unless said otherwise."""
-
-    joint_rotations: FloatArray  # (n_q, 3, 3)
-    joint_origins: FloatArray  # (n_q, 3)
-    joint_axes: FloatArray  # (n_q, 3)
-    tip_positions: FloatArray  # (n_c, 3)
-    tip_rotations: FloatArray  # (n_c, 3, 3)
-    tip_jacobians: FloatArray  # (n_c, 6, n_q)
-    surface_points: FloatArray  # (n_c, 3) object frame
-    surface_tangents: FloatArray  # (n_c, 3, 2) object frame
-    surface_normals: FloatArray  # (n_c, 3) object frame
-    surface_spins: FloatArray  # (n_c, 3, 2) object frame
-    object_positions: FloatArray  # (n_c, 3) as each extended finger has it
-    object_rotations: FloatArray  # (n_c, 3, 3)
-    levers: FloatArray  # (n_c, 3) from the object's origin to the tip
-    xi_jacobians: FloatArray  # (n_c, 2, n) contact coordinates' rates per unit of the variables
-    jacobian: FloatArray  # (k n_c, n) stacked extended Jacobian
-    euler_cosines: FloatArray  # (n_c,) cos theta_2
-
-
-@njit(cache=True)
-def evaluate(system: SystemArrays, joints: FloatArray, contacts: FloatArray, state: StateArrays) -> None:
-    """Fill ``state`` at the joints, shape (n_q,), and contact variables [xi; theta], shape (n_c, 5)."""
-    _forward(system, joints, state)
+@inner
+def evaluate(system: SystemArrays, state: StateArrays) -> float:
+    """Fill ``state`` from its joints and contact variables; return the smallest cos theta_2."""
+    _place_joints(
+        system.parents,
+        system.turns,
+        system.placement_translations,
+        system.axes,
+        state.joints,
+        state.joint_rotations,
+        state.joint_origins,
+        state.joint_axes,
+    )
+    _place_tips(
+        system.tip_joints,
+        system.tip_rotations,
+        system.tip_translations,
+        state.joint_rotations,
+        state.joint_origins,
+        state.tip_rotations,
+        state.tip_positions,
+    )
+    _tip_jacobians(
+        system.parents,
+        system.tip_joints,
+        state.joint_origins,
+        state.joint_axes,
+        state.tip_positions,
+        state.tip_jacobians,
+    )
+    derivatives, turning = np.empty((6, 3)), np.empty((3, 3))
+    tangents, normals, spins = state.surface_tangents, state.surface_normals, state.surface_spins
     state.jacobian[:] = 0.0
     state.xi_jacobians[:] = 0.0
-    rows = len(system.components)
-    derivatives, gauss, spin = np.empty((6, 3)), np.empty((3, 3)), np.empty((3, 2))
-    relative, contact, rates, turning = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    column = np.zeros(6)
+    smallest = 1.0
     for i in range(len(system.tip_joints)):
-        chart_derivatives(
-            system.chart_kinds[i], system.chart_parameters[i], contacts[i, 0], contacts[i, 1], derivatives
+        smallest = min(
+            smallest,
+            _place_object(
+                i,
+                system.chart_kinds[i],
+                system.chart_parameters[i],
+                system.tip_radii[i],
+                state.contact_variables[i],
+                state.tip_positions,
+                state.tip_rotations[i],
+                derivatives,
+                turning,
+                state.surface_points,
+                tangents[i],
+                normals,
+                spins[i],
+                state.object_positions,
+                state.object_rotations[i],
+                state.levers,
+            ),
         )
-        gauss_frame(derivatives, gauss, spin)
-        theta = contacts[i, 2:]
-        state.euler_cosines[i] = math.cos(theta[1])
-        tip_rotation = state.tip_rotations[i]
-        rotation = state.object_rotations[i]
-        euler_matrix(theta, relative)
-        matmul3(tip_rotation, relative, contact)
-        for a in range(3):
-            for b in range(3):
-                rotation[a, b] = (
-                    contact[a, 0] * gauss[b, 0] + contact[a, 1] * gauss[b, 1] + contact[a, 2] * gauss[b, 2]
-                )
-        radius = system.tip_radii[i]
-        for a in range(3):
-            state.surface_points[i, a] = derivatives[0, a]
-            state.surface_normals[i, a] = gauss[a, 2]
-            for b in range(2):
-                state.surface_tangents[i, a, b] = derivatives[1 + b, a]
-                state.surface_spins[i, a, b] = spin[a, b]
-        for a in range(3):
-            lever = 0.0
-            for b in range(3):
-                lever += rotation[a, b] * (derivatives[0, b] + radius * gauss[b, 2])
-            state.levers[i, a] = lever
-            state.object_positions[i, a] = state.tip_positions[i, a] - lever
-
-        euler_rates(theta, rates)
-        matmul3(tip_rotation, rates, turning)
-        _xi_rates(system, i, derivatives, gauss, rotation, turning, state.xi_jacobians[i])
-
-        for q in range(len(joints)):
-            if system.paths[i, q]:
-                for r in range(rows):
-                    state.jacobian[i * rows + r, q] = state.tip_jacobians[i, system.components[r], q]
-        for a in range(3):
-            variable = system.theta_columns[i, a]
-            if variable >= 0:
-                column[:3] = 0.0
-                for b in range(3):
-                    column[3 + b] = turning[b, a]
-                for r in range(rows):
-                    state.jacobian[i * rows + r, variable] += column[system.components[r]]
+        rotation, rates = state.object_rotations[i], state.xi_jacobians[i]
+        if system.rolling[i]:
+            radius, theta = system.tip_radii[i], system.theta_columns[i]
+            _rolling_rates(tangents[i], normals[i], rotation, turning, theta, radius, rates)
+        else:
+            for k in range(2):
+                if system.xi_columns[i, k] >= 0:
+                    rates[k, system.xi_columns[i, k]] = 1.0
+        rows = len(system.components)
+        block = state.jacobian[i * rows : (i + 1) * rows]
+        _add_finger(
+            system.parents,
+            system.tip_joints[i],
+            system.theta_columns[i],
+            system.components,
+            state.tip_jacobians[i],
+            turning,
+            block,
+        )
         for k in range(2):
-            # J_xi: the tip rides on the surface offset by its radius, whose tangents are c_xi + r n_xi
-            for a in range(3):
-                b, c = (a + 1) % 3, (a + 2) % 3
-                offset = spin[b, k] * gauss[c, 2] - spin[c, k] * gauss[b, 2]
-                derivatives[3, a] = derivatives[1 + k, a] + radius * offset
-            for a in range(3):
-                column[a], column[3 + a] = 0.0, 0.0
-                for b in range(3):
-                    column[a] += rotation[a, b] * derivatives[3, b]
-                    column[3 + a] += rotation[a, b] * spin[b, k]
-            _spread(state.jacobian, state.xi_jacobians[i, k], column, system, i)
+            _subtract_contact(
+                k,
+                tangents[i],
+                normals[i],
+                spins[i],
+                rotation,
+                system.tip_radii[i],
+                system.components,
+                system.xi_columns[i],
+                system.theta_columns[i],
+                rates,
+                block,
+            )
+    return smallest
 
 
-@njit(cache=True)
-def _spread(
-    jacobian: FloatArray, rates: FloatArray, column: FloatArray, system: SystemArrays, i: int
+@inner
+def _place_joints(
+    parents: IntArray,
+    turns: FloatArray,
+    shifts: FloatArray,
+    own_axes: FloatArray,
+    joints: FloatArray,
+    rotations: FloatArray,
+    origins: FloatArray,
+    axes: FloatArray,
 ) -> None:
-    """Subtract ``column`` x (rates of one contact coordinate) from the contact's rows."""
-    rows = len(system.components)
-    for k in range(2):
-        variable = system.xi_columns[i, k]
-        if variable >= 0 and rates[variable] != 0.0:
-            for r in range(rows):
-                jacobian[i * rows + r, variable] -= column[system.components[r]] * rates[variable]
-    if system.rolling[i]:
-        for k in range(3):
-            variable = system.theta_columns[i, k]
-            if variable >= 0:
-                for r in range(rows):
-                    jacobian[i * rows + r, variable] -= column[system.components[r]] * rates[variable]
+    """Forward kinematics of the tree."""
+    for j in range(len(parents)):
+        parent, rotation = parents[j], rotations[j]
+        cosine, sine = math.cos(joints[j]), math.sin(joints[j])
+        if parent < 0:
+            for a in range(3):
+                origins[j, a] = shifts[j, a]
+                for b in range(3):
+                    rotation[a, b] = turns[j, 0, a, b] + cosine * turns[j, 1, a, b] + sine * turns[j, 2, a, b]
+        else:
+            base = rotations[parent]
+            for a in range(3):
+                x, y, z = base[a, 0], base[a, 1], base[a, 2]
+                origins[j, a] = origins[parent, a] + x * shifts[j, 0] + y * shifts[j, 1] + z * shifts[j, 2]
+            for b in range(3):
+                x = turns[j, 0, 0, b] + cosine * turns[j, 1, 0, b] + sine * turns[j, 2, 0, b]
+                y = turns[j, 0, 1, b] + cosine * turns[j, 1, 1, b] + sine * turns[j, 2, 1, b]
+                z = turns[j, 0, 2, b] + cosine * turns[j, 1, 2, b] + sine * turns[j, 2, 2, b]
+                for a in range(3):
+                    rotation[a, b] = base[a, 0] * x + base[a, 1] * y + base[a, 2] * z
+        x, y, z = own_axes[j, 0], own_axes[j, 1], own_axes[j, 2]
+        for a in range(3):
+            axes[j, a] = rotation[a, 0] * x + rotation[a, 1] * y + rotation[a, 2] * z
 
 
-@njit(cache=True)
-def _xi_rates(
-    system: SystemArrays,
+@inner
+def _place_tips(
+    tip_joints: IntArray,
+    own_rotations: FloatArray,
+    shifts: FloatArray,
+    rotations: FloatArray,
+    origins: FloatArray,
+    tip_rotations: FloatArray,
+    tips: FloatArray,
+) -> None:
+    for i in range(len(tip_joints)):
+        j = tip_joints[i]
+        base = rotations[j]
+        matmul3(base, own_rotations[i], tip_rotations[i])
+        for a in range(3):
+            x, y, z = shifts[i, 0], shifts[i, 1], shifts[i, 2]
+            tips[i, a] = origins[j, a] + base[a, 0] * x + base[a, 1] * y + base[a, 2] * z
+
+
+@inner
+def _tip_jacobians(
+    parents: IntArray,
+    tip_joints: IntArray,
+    origins: FloatArray,
+    axes: FloatArray,
+    tips: FloatArray,
+    jacobians: FloatArray,
+) -> None:
+    """Write the tips' geometric Jacobians (4.1), each down its finger's own path."""
+    for i in range(len(tip_joints)):
+        j = tip_joints[i]
+        while j >= 0:
+            x, y, z = tips[i, 0] - origins[j, 0], tips[i, 1] - origins[j, 1], tips[i, 2] - origins[j, 2]
+            jacobians[i, 0, j] = axes[j, 1] * z - axes[j, 2] * y
+            jacobians[i, 1, j] = axes[j, 2] * x - axes[j, 0] * z
+            jacobians[i, 2, j] = axes[j, 0] * y - axes[j, 1] * x
+            for a in range(3):
+                jacobians[i, 3 + a, j] = axes[j, a]
+            j = parents[j]
+
+
+@inner
+def _place_object(
     i: int,
+    chart_kind: int,
+    chart_parameters: FloatArray,
+    radius: float,
+    variables: FloatArray,
+    tips: FloatArray,
+    tip_rotation: FloatArray,
     derivatives: FloatArray,
-    gauss: FloatArray,
+    turning: FloatArray,
+    points: FloatArray,
+    tangents: FloatArray,
+    normals: FloatArray,
+    spin: FloatArray,
+    positions: FloatArray,
+    rotation: FloatArray,
+    levers: FloatArray,
+) -> float:
+    """Write the surface at contact i, where its finger has the object, and R_f T; return cos theta_2."""
+    gauss, relative, contact = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    chart_derivatives(chart_kind, chart_parameters, variables[0], variables[1], derivatives)
+    gauss_frame(derivatives, gauss, spin)
+    euler_rates(variables[2:], relative)
+    matmul3(tip_rotation, relative, turning)
+    euler_matrix(variables[2:], relative)
+    matmul3(tip_rotation, relative, contact)
+    for a in range(3):
+        points[i, a], normals[i, a] = derivatives[0, a], gauss[a, 2]
+        tangents[a, 0], tangents[a, 1] = derivatives[1, a], derivatives[2, a]
+        lever = 0.0
+        for b in range(3):
+            rotation[a, b] = (
+                contact[a, 0] * gauss[b, 0] + contact[a, 1] * gauss[b, 1] + contact[a, 2] * gauss[b, 2]
+            )
+            lever += rotation[a, b] * (derivatives[0, b] + radius * gauss[b, 2])
+        levers[i, a] = lever
+        positions[i, a] = tips[i, a] - lever
+    return math.cos(variables[3])
+
+
+@inner
+def _add_finger(
+    parents: IntArray,
+    joint: int,
+    theta_columns: IntArray,
+    components: IntArray,
+    tip_jacobian: FloatArray,
+    turning: FloatArray,
+    block: FloatArray,
+) -> None:
+    """Write [J, J_theta] into a contact's rows; ``turning`` is R_f T."""
+    while joint >= 0:
+        for r in range(len(components)):
+            block[r, joint] = tip_jacobian[components[r], joint]
+        joint = parents[joint]
+    for k in range(3):
+        if theta_columns[k] >= 0:
+            for r in range(len(components)):
+                if components[r] >= 3:
+                    block[r, theta_columns[k]] = turning[components[r] - 3, k]
+
+
+@inner
+def _subtract_contact(
+    k: int,
+    tangents: FloatArray,
+    normal: FloatArray,
+    spin: FloatArray,
+    rotation: FloatArray,
+    radius: float,
+    components: IntArray,
+    xi_columns: IntArray,
+    theta_columns: IntArray,
+    rates: FloatArray,
+    block: FloatArray,
+) -> None:
+    """Subtract J_xi's column k, times its coordinate's rates, from a contact's rows."""
+    # the tip rides on the surface offset by its radius, whose tangents are c_xi + r n_xi
+    x = tangents[0, k] + radius * (spin[1, k] * normal[2] - spin[2, k] * normal[1])
+    y = tangents[1, k] + radius * (spin[2, k] * normal[0] - spin[0, k] * normal[2])
+    z = tangents[2, k] + radius * (spin[0, k] * normal[1] - spin[1, k] * normal[0])
+    for v in range(5):
+        variable = xi_columns[v] if v < 2 else theta_columns[v - 2]
+        if variable < 0 or rates[k, variable] == 0.0:
+            continue
+        for r in range(len(components)):
+            a = components[r] % 3
+            if components[r] < 3:
+                moved = rotation[a, 0] * x + rotation[a, 1] * y + rotation[a, 2] * z
+            else:
+                moved = (
+                    rotation[a, 0] * spin[0, k] + rotation[a, 1] * spin[1, k] + rotation[a, 2] * spin[2, k]
+                )
+            block[r, variable] -= moved * rates[k, variable]
+
+
+@inner
+def _rolling_rates(
+    tangents: FloatArray,
+    normal: FloatArray,
     rotation: FloatArray,
     turning: FloatArray,
+    theta_columns: IntArray,
+    radius: float,
     out: FloatArray,
 ) -> None:
-    """Write how fast (u, v) run per unit of each variable, shape (2, n).
+    """Write how fast (u, v) run per unit of each ball joint angle, shape (2, n).
 
-    A sliding contact's are variables of their own. A spherical tip that rolls without slip moves its
-    contact by c_xi xi' = r n x (R_o^T R_f T theta'), from equal material velocities at the contact.
+    A spherical tip that rolls without slip moves its contact by c_xi xi' = r n x (R_o^T R_f T theta'), from
+    equal material velocities at the contact.
     """
-    if not system.rolling[i]:
-        for k in range(2):
-            if system.xi_columns[i, k] >= 0:
-                out[k, system.xi_columns[i, k]] = 1.0
-        return
     uu, uv, vv = 0.0, 0.0, 0.0
     for a in range(3):
-        uu += derivatives[1, a] * derivatives[1, a]
-        uv += derivatives[1, a] * derivatives[2, a]
-        vv += derivatives[2, a] * derivatives[2, a]
+        uu += tangents[a, 0] * tangents[a, 0]
+        uv += tangents[a, 0] * tangents[a, 1]
+        vv += tangents[a, 1] * tangents[a, 1]
+    determinant = uu * vv - uv * uv
     spin = np.empty(3)
     for k in range(3):
-        variable = system.theta_columns[i, k]
+        variable = theta_columns[k]
         if variable < 0:
             continue
         for a in range(3):
@@ -189,118 +313,8 @@ def _xi_rates(
         along_u, along_v = 0.0, 0.0
         for a in range(3):
             b, c = (a + 1) % 3, (a + 2) % 3
-            slip = system.tip_radii[i] * (gauss[b, 2] * spin[c] - gauss[c, 2] * spin[b])
-            along_u += derivatives[1, a] * slip
-            along_v += derivatives[2, a] * slip
-        determinant = uu * vv - uv * uv
+            slip = radius * (normal[b] * spin[c] - normal[c] * spin[b])
+            along_u += tangents[a, 0] * slip
+            along_v += tangents[a, 1] * slip
         out[0, variable] = (vv * along_u - uv * along_v) / determinant
         out[1, variable] = (uu * along_v - uv * along_u) / determinant
-
-
-@njit(cache=True)
-def _forward(system: SystemArrays, joints: FloatArray, state: StateArrays) -> None:
-    """Forward kinematics of the tree and the tips' geometric Jacobians (4.1)."""
-    turn, placed = np.empty((3, 3)), np.empty((3, 3))
-    for j in range(len(joints)):
-        parent = system.parents[j]
-        place, shift = system.placement_rotations[j], system.placement_translations[j]
-        axis_angle_matrix(system.axes[j], joints[j], turn)
-        if parent < 0:
-            matmul3(place, turn, state.joint_rotations[j])
-            for a in range(3):
-                state.joint_origins[j, a] = shift[a]
-        else:
-            base = state.joint_rotations[parent]
-            matmul3(base, place, placed)
-            matmul3(placed, turn, state.joint_rotations[j])
-            for a in range(3):
-                state.joint_origins[j, a] = (
-                    state.joint_origins[parent, a]
-                    + base[a, 0] * shift[0]
-                    + base[a, 1] * shift[1]
-                    + base[a, 2] * shift[2]
-                )
-        r, axis = state.joint_rotations[j], system.axes[j]
-        for a in range(3):
-            state.joint_axes[j, a] = r[a, 0] * axis[0] + r[a, 1] * axis[1] + r[a, 2] * axis[2]
-    for i in range(len(system.tip_joints)):
-        j = system.tip_joints[i]
-        r, shift = state.joint_rotations[j], system.tip_translations[i]
-        matmul3(r, system.tip_rotations[i], state.tip_rotations[i])
-        for a in range(3):
-            state.tip_positions[i, a] = (
-                state.joint_origins[j, a] + r[a, 0] * shift[0] + r[a, 1] * shift[1] + r[a, 2] * shift[2]
-            )
-        for q in range(len(joints)):
-            if system.paths[i, q]:
-                for a in range(3):
-                    b, c = (a + 1) % 3, (a + 2) % 3
-                    lever_b = state.tip_positions[i, b] - state.joint_origins[q, b]
-                    lever_c = state.tip_positions[i, c] - state.joint_origins[q, c]
-                    axes = state.joint_axes
-                    state.tip_jacobians[i, a, q] = axes[q, b] * lever_c - axes[q, c] * lever_b
-                    state.tip_jacobians[i, 3 + a, q] = axes[q, a]
-
-
-@njit(cache=True)
-def respond(
-    system: SystemArrays,
-    joints: FloatArray,
-    contacts: FloatArray,
-    state: StateArrays,
-    position: FloatArray,
-    rotation: FloatArray,
-    twist: FloatArray,
-    gain: FloatArray,
-    feedback_only: bool,
-    errors: FloatArray,
-    out: FloatArray,
-) -> float:
-    """Do `evaluate` and `contact_twists` in one call; return the smallest cos theta_2."""
-    evaluate(system, joints, contacts, state)
-    contact_twists(system, state, position, rotation, twist, gain, feedback_only, errors, out)
-    smallest = 1.0
-    for i in range(len(state.euler_cosines)):
-        smallest = min(smallest, state.euler_cosines[i])
-    return smallest
-
-
-@njit(cache=True)
-def contact_twists(
-    system: SystemArrays,
-    state: StateArrays,
-    position: FloatArray,
-    rotation: FloatArray,
-    twist: FloatArray,
-    gain: FloatArray,
-    feedback_only: bool,
-    errors: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Write G_i^T (v_d + K e_i) of every contact, stacked, into ``out``, shape (k n_c,) (4.10).
-
-    Args:
-        system: The system.
-        state: Its state.
-        position: Desired position of the object's origin, shape (3,).
-        rotation: Desired orientation, shape (3, 3).
-        twist: Desired twist v_d, shape (6,).
-        gain: Diagonal of K, shape (6,), 1/s.
-        feedback_only: Leave v_d out, as the transpose algorithm does (4.12).
-        errors: The pose errors e_i, one loop a finger, shape (n_c, 6).
-        out: The result.
-    """
-    rows = len(system.components)
-    wanted, moved = np.empty(6), np.empty(6)
-    for i in range(len(system.tip_joints)):
-        for a in range(3):
-            errors[i, a] = position[a] - state.object_positions[i, a]
-        rotation_error(rotation, state.object_rotations[i], errors[i, 3:])
-        for a in range(6):
-            wanted[a] = gain[a] * errors[i, a] + (0.0 if feedback_only else twist[a])
-        for a in range(3):
-            b, c = (a + 1) % 3, (a + 2) % 3
-            moved[a] = wanted[a] + wanted[3 + b] * state.levers[i, c] - wanted[3 + c] * state.levers[i, b]
-            moved[3 + a] = wanted[3 + a]
-        for r in range(rows):
-            out[i * rows + r] = moved[system.components[r]]

@@ -13,9 +13,10 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandModel
 from graspbench.manipulation.charts import Chart, mesh_patch
 from graspbench.manipulation.classification import GraspClass, classify
-from graspbench.manipulation.clik import Clik, ClikHistory, ClikParameters, simulate
+from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ContactType, ManipulationSystem
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters
+from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
 from graspbench.manipulation.task import build_tasks
 from graspbench.manipulation.tree import KinematicTree, tree_from_pinocchio

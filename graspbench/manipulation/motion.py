@@ -1,7 +1,7 @@
 """Trajectories of the object: paths with a fifth-order time law (thesis 4.5)."""
 
-from bisect import bisect_right
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
@@ -9,7 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import FloatArray
+from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
+from graspbench.manipulation.memory import shared
 from graspbench.manipulation.rotations import turn
 
 
@@ -29,20 +31,40 @@ class PoseSample(NamedTuple):
     acceleration: FloatArray
 
 
+class Path(NamedTuple):
+    """A path by a parameter s from 0 to 1: origin + s along + cos(phase) cosine + sin(phase) sine.
+
+    Attributes:
+        origin: Shape (3,), m.
+        along: Shape (3,), m.
+        cosine: Shape (3,), m.
+        sine: Shape (3,), m.
+        start_rad: The phase at s = 0.
+        angle_rad: How far it runs; the phase is start_rad + s angle_rad.
+    """
+
+    origin: FloatArray
+    along: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    start_rad: float
+    angle_rad: float
+
+
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """One piece of a path: a pause at its start, then a motion from rest to rest.
+    """One piece of a motion: a pause at its start, then a path from rest to rest.
 
     Attributes:
         duration_s: Of the motion.
         pause_s: Before it.
-        position: Position, and its first and second derivative, by the path parameter 0 to 1.
+        path: Of the object's origin.
         rotation_vector: Whole turn of the segment, base frame, shape (3,), rad.
     """
 
     duration_s: float
     pause_s: float
-    position: Callable[[float], tuple[FloatArray, FloatArray, FloatArray]]
+    path: Path
     rotation_vector: FloatArray
 
 
@@ -58,38 +80,54 @@ class Trajectory:
         if not segments:
             raise ConfigurationError("a trajectory needs a segment")
         self.segments = tuple(segments)
-        ends = np.cumsum([segment.pause_s + segment.duration_s for segment in segments])
-        self._starts = [0.0, *(float(end) for end in ends[:-1])]
-        self.duration_s = float(ends[-1])
-        self._rotations = [np.array(rotation, dtype=np.float64, order="C")]
-        self._turning = [bool(np.any(segment.rotation_vector)) for segment in segments]
+        rows, start_s, start = [], 0.0, np.array(rotation, dtype=np.float64, order="C")
         for segment in segments:
-            self._rotations.append(turn(segment.rotation_vector, 1.0, self._rotations[-1]))
+            path, turning = segment.path, np.asarray(segment.rotation_vector, dtype=np.float64)
+            times = [start_s, segment.pause_s, segment.duration_s, path.start_rad, path.angle_rad]
+            rows.append(np.concatenate([times, *path[:4], turning, start.ravel()]))
+            start_s += segment.pause_s + segment.duration_s
+            start = turn(turning, 1.0, start)
+        self.duration_s = start_s
+        self._table = np.array(rows)
 
     def __call__(self, time_s: float) -> PoseSample:
         """Return the pose and twist at a time; before 0 and after the end the object rests."""
-        k = max(bisect_right(self._starts, time_s) - 1, 0)
-        segment = self.segments[k]
-        t = (time_s - self._starts[k] - segment.pause_s) / segment.duration_s
-        s, rate, second = quintic(t)
-        rate, second = rate / segment.duration_s, second / segment.duration_s**2
-        position, along, bend = segment.position(s)
+        position, rotation = np.empty(3), np.empty((3, 3))
         twist, acceleration = np.empty(6), np.empty(6)
-        if rate == 0.0 and second == 0.0:
-            twist[:], acceleration[:] = 0.0, 0.0
-        else:
-            twist[:3], twist[3:] = along * rate, segment.rotation_vector * rate
-            acceleration[:3] = bend * rate**2 + along * second
-            acceleration[3:] = segment.rotation_vector * second
-        if s <= 0.0 or not self._turning[k]:
-            rotation = self._rotations[k]
-        elif s >= 1.0:
-            rotation = self._rotations[k + 1]
-        else:
-            rotation = turn(segment.rotation_vector, s, self._rotations[k])
+        _sample(self._table, time_s, position, rotation, twist, acceleration)
         return PoseSample(position, rotation, twist, acceleration)
 
 
+@compiled
+def _sample(
+    table: FloatArray,
+    time_s: float,
+    position: FloatArray,
+    rotation: FloatArray,
+    twist: FloatArray,
+    acceleration: FloatArray,
+) -> None:
+    """Write the pose, twist and acceleration at a time; a row of ``table`` is a segment."""
+    k = len(table) - 1
+    while k > 0 and table[k, 0] > time_s:
+        k -= 1
+    row = table[k]
+    duration, start_rad, angle_rad = row[2], row[3], row[4]
+    s, rate, second = quintic((time_s - row[0] - row[1]) / duration)
+    rate, second = rate / duration, second / duration**2
+    cosine, sine = math.cos(start_rad + s * angle_rad), math.sin(start_rad + s * angle_rad)
+    for a in range(3):
+        origin, along, c, d, turning = row[5 + a], row[8 + a], row[11 + a], row[14 + a], row[17 + a]
+        slope = along + angle_rad * (cosine * d - sine * c)
+        bend = -(angle_rad**2) * (cosine * c + sine * d)
+        position[a] = origin + s * along + cosine * c + sine * d
+        twist[a], twist[3 + a] = slope * rate, turning * rate
+        acceleration[a] = bend * rate**2 + slope * second
+        acceleration[3 + a] = turning * second
+    rotation[:] = turn(row[17:20], s, row[20:29].reshape((3, 3)))
+
+
+@shared
 def quintic(t: float) -> tuple[float, float, float]:
     """Return the fifth-order time law from 0 to 1 with rest at both ends, and two derivatives."""
     if t <= 0.0:
@@ -102,37 +140,28 @@ def quintic(t: float) -> tuple[float, float, float]:
     return value, rate, second
 
 
-def line(start: FloatArray, end: FloatArray) -> Callable[[float], tuple[FloatArray, FloatArray, FloatArray]]:
+def line(start: FloatArray, end: FloatArray) -> Path:
     """Return the straight path between two points."""
-    first, along = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64) - start
-    nothing = np.zeros(3)
-    return lambda s: (first + s * along, along, nothing)
+    first, nothing = np.array(start, dtype=np.float64), np.zeros(3)
+    return Path(first, np.asarray(end, dtype=np.float64) - first, nothing, nothing, 0.0, 0.0)
 
 
-def arc(
-    centre: FloatArray, radius_m: float, start_rad: float, angle_rad: float
-) -> Callable[[float], tuple[FloatArray, FloatArray, FloatArray]]:
+def arc(centre: FloatArray, radius_m: float, start_rad: float, angle_rad: float) -> Path:
     """Return an arc about ``centre`` in the x-y plane from one polar angle through another."""
-
-    def path(s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        a = start_rad + s * angle_rad
-        outward = radius_m * np.array([np.cos(a), np.sin(a), 0.0])
-        along = angle_rad * np.array([-outward[1], outward[0], 0.0])
-        return centre + outward, along, -(angle_rad**2) * outward
-
-    return path
+    cosine, sine = radius_m * np.array([1.0, 0.0, 0.0]), radius_m * np.array([0.0, 1.0, 0.0])
+    return Path(np.array(centre, dtype=np.float64), np.zeros(3), cosine, sine, start_rad, angle_rad)
 
 
-def reverse(
-    path: Callable[[float], tuple[FloatArray, FloatArray, FloatArray]],
-) -> Callable[[float], tuple[FloatArray, FloatArray, FloatArray]]:
+def reverse(path: Path) -> Path:
     """Return the path run backwards."""
-
-    def back(s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        position, along, bend = path(1.0 - s)
-        return position, -along, bend
-
-    return back
+    return Path(
+        path.origin + path.along,
+        -path.along,
+        path.cosine,
+        path.sine,
+        path.start_rad + path.angle_rad,
+        -path.angle_rad,
+    )
 
 
 @dataclass(frozen=True)
@@ -156,8 +185,10 @@ class MotionParameters:
 def object_motion(parameters: MotionParameters, position: FloatArray, rotation: FloatArray) -> Trajectory:
     """Return the trajectory of a motion from the object's present pose in the palm frame."""
     there = line(position, position + np.array(parameters.translation_m))
-    turn = np.deg2rad(np.array(parameters.rotation_deg))
+    turning = np.deg2rad(np.array(parameters.rotation_deg))
     if not parameters.there_and_back:
-        return Trajectory([Segment(parameters.duration_s, 0.0, there, turn)], rotation)
+        return Trajectory([Segment(parameters.duration_s, 0.0, there, turning)], rotation)
     half = 0.5 * parameters.duration_s
-    return Trajectory([Segment(half, 0.0, there, turn), Segment(half, 0.0, reverse(there), -turn)], rotation)
+    return Trajectory(
+        [Segment(half, 0.0, there, turning), Segment(half, 0.0, reverse(there), -turning)], rotation
+    )

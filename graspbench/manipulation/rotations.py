@@ -3,15 +3,16 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import FloatArray
+from graspbench.compiled import compiled, inner
+from graspbench.manipulation.memory import shared
 
 EULER_GUARD = 0.05
 """Smallest allowed cosine of the second XYZ Euler angle (about 87 deg) before the angles are given up."""
 
 
-@njit(cache=True)
+@inner
 def matmul3(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
     """Write the product of two (3, 3) matrices into ``out``, which must be neither of them."""
     for i in range(3):
@@ -19,7 +20,7 @@ def matmul3(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@njit(cache=True)
+@shared
 def euler_matrix(angles: FloatArray, out: FloatArray) -> None:
     """Write R_x(a) R_y(b) R_z(c) of the XYZ Euler angles (a, b, c) into ``out``, shape (3, 3)."""
     ca, sa = math.cos(angles[0]), math.sin(angles[0])
@@ -30,7 +31,7 @@ def euler_matrix(angles: FloatArray, out: FloatArray) -> None:
     out[2, 0], out[2, 1], out[2, 2] = sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb
 
 
-@njit(cache=True)
+@inner
 def euler_rates(angles: FloatArray, out: FloatArray) -> None:
     """Write T into ``out``, shape (3, 3): angular velocity in the first frame = T angles' (thesis 4.6)."""
     ca, sa = math.cos(angles[0]), math.sin(angles[0])
@@ -51,7 +52,7 @@ def euler_angles(rotation: FloatArray) -> FloatArray:
     )
 
 
-@njit(cache=True)
+@shared
 def axis_angle_matrix(axis: FloatArray, angle: float, out: FloatArray) -> None:
     """Write the rotation by ``angle`` about the unit vector ``axis`` into ``out`` (Rodrigues)."""
     c, s = math.cos(angle), math.sin(angle)
@@ -62,7 +63,7 @@ def axis_angle_matrix(axis: FloatArray, angle: float, out: FloatArray) -> None:
     out[2, 0], out[2, 1], out[2, 2] = x * z * d - y * s, y * z * d + x * s, c + z * z * d
 
 
-@njit(cache=True)
+@compiled
 def rotation_error(desired: FloatArray, actual: FloatArray, out: FloatArray) -> None:
     """Write the rotation vector of ``desired actual^T`` into ``out``, shape (3,), base frame, rad.
 
@@ -103,7 +104,7 @@ def rotation_error(desired: FloatArray, actual: FloatArray, out: FloatArray) -> 
             out[i] = scale * entry
 
 
-@njit(cache=True)
+@compiled
 def turn(vector: FloatArray, share: float, rotation: FloatArray) -> FloatArray:
     """Return ``rotation`` turned by the share of a rotation vector in the base frame, shape (3, 3)."""
     angle = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)

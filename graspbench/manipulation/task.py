@@ -5,16 +5,18 @@ registered under its name, with one method that gives error and Jacobian at a st
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError
-from graspbench.manipulation.contact_kinematics import State
+from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
+from graspbench.manipulation.law_arrays import new_task_blocks, task_arrays
+from graspbench.manipulation.task_kernels import IN_PYTHON, evaluate_task, smooth_step
 from graspbench.registry import Registry
 
 
@@ -57,6 +59,65 @@ class Task(ABC):
         return entered * (1.0 - smooth_step((time_s - self.end_s) / self.ramp_s))
 
 
+class PackedTask(NamedTuple):
+    """A task as `task_kernels` reads it.
+
+    Attributes:
+        indices: Integers of its kind.
+        numbers: Numbers of its kind.
+        rows: The most rows it can have.
+    """
+
+    indices: Sequence[int]
+    numbers: Sequence[float] | FloatArray
+    rows: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompiledTask(Task):
+    """A task whose rows compiled code writes; it costs a control step next to nothing."""
+
+    KIND: ClassVar[int]
+    SEPARATE_ROWS: ClassVar[bool] = False
+
+    @abstractmethod
+    def packed(self, system: ManipulationSystem) -> PackedTask:
+        """Return the task's numbers for a system.
+
+        Raises:
+            ConfigurationError: The task names joints, fingers or contacts that the system does not have.
+        """
+
+    def evaluate(self, state: State) -> TaskValue | None:
+        """Return the task's value at ``state``, or None where it is off."""
+        blocks = pack_tasks([self], [self.packed(state.system)], state.system.n_variables)
+        evaluate_task(*state.system.memory, state.memory, *blocks)
+        arrays = task_arrays(*blocks)
+        rows = slice(0, int(arrays.counts[0]))
+        if rows.stop == 0:
+            return None
+        value, error, activation = arrays.figures[rows].T
+        at_once = activation if self.SEPARATE_ROWS else float(activation[0])
+        return TaskValue(value, arrays.jacobian[rows], error, at_once)
+
+
+def pack_tasks(
+    tasks: Sequence[Task], packed: Sequence[PackedTask], n_variables: int
+) -> tuple[FloatArray, IntArray]:
+    """Return the two blocks of memory of tasks, which `law_arrays.task_arrays` takes apart."""
+    table, separate = np.zeros((len(tasks), 4), dtype=np.int64), np.zeros(len(tasks), dtype=np.int64)
+    indices, numbers, rows = list[int](), list[float](), 0
+    for t, (task, own) in enumerate(zip(tasks, packed, strict=True)):
+        kind = task.KIND if isinstance(task, CompiledTask) else IN_PYTHON
+        table[t] = kind, len(indices), len(numbers), rows
+        separate[t] = isinstance(task, CompiledTask) and task.SEPARATE_ROWS
+        indices += own.indices
+        numbers += [task.gain, task.start_s, task.end_s, task.ramp_s, *own.numbers]
+        rows += own.rows
+    given = np.array(indices, dtype=np.int64), np.array(numbers, dtype=np.float64)
+    return new_task_blocks(table, separate, *given, rows, n_variables)
+
+
 TASKS: Registry[type[Task]] = Registry("task", "graspbench.manipulation.tasks")
 
 
@@ -91,16 +152,14 @@ def build_tasks(options: Mapping[str, Mapping[str, Any]]) -> dict[str, Task]:
     return dict(sorted(tasks.items(), key=lambda item: item[1].priority))
 
 
-def smooth_step(x: float) -> float:
-    """Return 0 below 0, 1 above 1, and the fifth-order polynomial with flat ends in between."""
-    if x <= 0.0:
-        return 0.0
-    if x >= 1.0:
-        return 1.0
-    return x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+def check_members(task: str, what: str, members: Sequence[int], count: int) -> None:
+    """Refuse numbers of joints, fingers or contacts that there are not.
 
-
-def smooth_steps(x: FloatArray) -> FloatArray:
-    """Return `smooth_step` of every entry."""
-    y = np.clip(x, 0.0, 1.0)
-    return np.asarray(y**3 * (10.0 - 15.0 * y + 6.0 * y * y))
+    Raises:
+        ConfigurationError: A number is out of range.
+    """
+    if any(not 0 <= member < count for member in members):
+        raise ConfigurationError(
+            f"the task {task} names {what} {', '.join(map(str, members))} but there are {count}",
+            remedy=f"count from 0 to {count - 1}",
+        )

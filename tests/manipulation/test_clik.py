@@ -6,11 +6,13 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation import charts
-from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange, simulate
+from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
+from graspbench.manipulation.loop import simulate
 from graspbench.manipulation.motion import Segment, Trajectory, line
 from graspbench.manipulation.task import build_tasks
 from tests.manipulation.cases import random_tree
+from tests.oracles.prioritised_velocity import prioritised_velocity
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +154,7 @@ def test_weights_shift_motion_between_variables(ball):
         clik = Clik(system, desired, ClikParameters(sliding_weight=weight))
         velocity = clik.velocity(0.5, joints, variables)
         speeds.append(np.linalg.norm(velocity[columns]))
-        wanted = clik._wanted
+        wanted = clik.wanted
         np.testing.assert_allclose(clik.state.jacobian @ velocity, wanted, atol=1e-9)
         # the closed form of the weighted right inverse
         w = clik.scale**2
@@ -182,7 +184,7 @@ def test_augmented_projection_matches_its_formula(ball):
     clik = Clik(system, motion(), ClikParameters(), tasks)
     velocity = clik.velocity(0.4, joints, variables)
     jacobian, state = clik.state.jacobian, clik.state
-    expected = np.linalg.pinv(jacobian) @ clik._wanted
+    expected = np.linalg.pinv(jacobian) @ clik.wanted
     above = jacobian
     for task in tasks.values():
         value = task.evaluate(state)
@@ -276,3 +278,43 @@ def test_wrong_priorities_are_refused(ball):
     change = PriorityChange(1.0, ("nobody",))
     with pytest.raises(ConfigurationError, match="name all of joint_limit once"):
         Clik(ball[0], still(), ClikParameters(priority_changes=(change,)), build_tasks({"joint_limit": {}}))
+
+
+@pytest.mark.parametrize("shared", [0, 1])
+def test_step_equals_plain_linear_algebra(shared):
+    """Fingers factorised one by one, and single rows in closed form, change nothing."""
+    rng = np.random.default_rng(11 + shared)
+    tree = random_tree(rng, fingers=4, joints=7, shared=shared)
+    kinds = ("frictionless", "rolling", "soft", "hard")
+    system = ManipulationSystem(tree, [Contact(charts.sphere(0.05), kind, 0.01) for kind in kinds])
+    n = tree.n_joints
+    options = {
+        "joint_limit": {"upper": (0.5,) * n, "lower": (-0.5,) * n, "margin": 0.4, "gain": 3.0},
+        "fingertip_distance": {"minimum_m": 0.1, "threshold_m": 1.0, "priority": 1},
+        "quality_measure": {"measure": "q2", "priority": 2},
+        "contacts_near_point": {"contacts": (0, 1), "priority": 3},
+        "joint_centring": {"posture": (0.1,) * n, "priority": 4},
+    }
+    for values in options.values():
+        values |= {"start_s": 0.0, "ramp_s": 1.0}
+    tasks = build_tasks(options)
+    law = Clik(system, motion(), ClikParameters(sliding_weight=2.0, joint_weight=0.5), tasks)
+    for _ in range(20):
+        joints, variables = rng.uniform(-1, 1, n), rng.uniform(-0.5, 0.5, (4, 5))
+        velocity = law.velocity(0.6, joints, variables)
+        blocks = []
+        for task in tasks.values():
+            value = task.evaluate(law.state)
+            if value is None:
+                continue
+            wanted, activation = task.gain * value.error, task.presence(0.6) * value.activation
+            if np.ndim(activation):
+                blocks += [
+                    (value.jacobian[r : r + 1], wanted[r : r + 1], activation[r]) for r in range(len(wanted))
+                ]
+            else:
+                blocks.append((value.jacobian, wanted, activation))
+        assert len(blocks) >= 5
+        expected = prioritised_velocity(law.state.jacobian, law.wanted, law.scale, blocks)
+        np.testing.assert_allclose(velocity, expected, atol=1e-9 * max(1.0, np.abs(expected).max()))
+        np.testing.assert_allclose(law.contact_rates, law.state.rates(velocity), atol=1e-12)

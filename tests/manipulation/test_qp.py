@@ -116,8 +116,8 @@ def test_levels_return_the_projection_too():
     clik = Clik(system, path, parameters(), tasks())
     velocity = clik.velocity(0.1, q, eta)
     hierarchy = clik._qp
-    task = clik._stack.jacobians()
-    found = hierarchy._solve_levels(clik.state, velocity, clik._wanted, task)
+    task = clik.task_jacobians(0.1)
+    found = hierarchy._solve_levels(clik.state, velocity, clik.wanted, task)
     np.testing.assert_allclose(found, velocity, atol=1e-6)
     assert hierarchy.levels_solved >= 2
 
@@ -135,7 +135,7 @@ def test_the_object_comes_before_the_tasks_when_a_limit_binds():
     bound = Clik(tight, path, parameters(), tasks())
     limited = bound.velocity(0.15, q, eta)
     assert abs(limited[joint]) <= limits[joint] + 1e-9
-    np.testing.assert_allclose(bound.state.jacobian @ limited, bound._wanted, atol=1e-5)
+    np.testing.assert_allclose(bound.state.jacobian @ limited, bound.wanted, atol=1e-5)
     assert bound._qp.levels_solved >= 2
 
 

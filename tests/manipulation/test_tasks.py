@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from graspbench.errors import ConfigurationError
+from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
-from graspbench.manipulation.task import TASKS, build_tasks, smooth_step, smooth_steps
+from graspbench.manipulation.task import TASKS, build_tasks
 from tests.manipulation.cases import CHARTS, random_tree
 
 STEP = 1e-6
@@ -97,9 +98,22 @@ def test_presence_is_smooth_in_time():
     assert np.abs(np.diff(presence, 3)).max() < 1e-5
 
 
-def test_smooth_steps_is_smooth_step():
-    x = np.linspace(-0.5, 1.5, 41)
-    np.testing.assert_allclose(smooth_steps(x), [smooth_step(value) for value in x], atol=1e-15)
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("joint_limit", {"joints": (17,)}, "names joints 17 but there are 17"),
+        ("joint_limit", {"joints": (1, 2), "upper": (0.0,)}, "watches 2 joints but has 2 lower and 1 upper"),
+        ("fingertip_distance", {"second": 4}, "names fingers 0, 4 but there are 4"),
+        ("contacts_near_point", {"middle_of": (-1,)}, "names contacts 0, -1 but there are 4"),
+        ("edge_distance", {"contacts": (9,)}, "names contacts 9 but there are 4"),
+        ("manipulability", {"finger": 4}, "names fingers 4 but there are 4"),
+        ("joint_centring", {"posture": (0.0,)}, "has 1 joints but the hand 17"),
+    ],
+)
+def test_tasks_that_do_not_fit_the_hand_are_refused(name, options, message):
+    system = make_system(CHARTS["sphere"][0], np.random.default_rng(1))
+    with pytest.raises(ConfigurationError, match=message):
+        Clik(system, lambda _: None, ClikParameters(), build_tasks({name: options}))
 
 
 def test_build_tasks_orders_by_priority_and_takes_a_kind():

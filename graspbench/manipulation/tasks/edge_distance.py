@@ -1,19 +1,23 @@
 """Keep contacts away from the edge of their surface."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from graspbench.manipulation.contact_kinematics import State
-from graspbench.manipulation.task import TASKS, Task, TaskValue, smooth_steps
+from graspbench.manipulation.contact_kinematics import ManipulationSystem
+from graspbench.manipulation.task import TASKS, CompiledTask, PackedTask, check_members
+from graspbench.manipulation.task_kernels import EDGE_DISTANCE
 
 
 @TASKS.register("edge_distance")
 @dataclass(frozen=True, kw_only=True)
-class EdgeDistance(Task):
+class EdgeDistance(CompiledTask):
     """Push a contact inwards once it is near the edge of its chart's domain."""
+
+    KIND: ClassVar[int] = EDGE_DISTANCE
+    SEPARATE_ROWS: ClassVar[bool] = True
 
     gain: Annotated[float, Field(ge=0, description="Gain K of the error, 1/s")] = 10.0
     contacts: Annotated[tuple[int, ...], Field(description="Contacts to watch; all if empty")] = ()
@@ -21,25 +25,9 @@ class EdgeDistance(Task):
         float, Field(gt=0, lt=0.5, description="Where the task begins, as a share of the domain")
     ] = 0.15
 
-    def evaluate(self, state: State) -> TaskValue | None:
-        """Return one row for every coordinate that is near an edge and can move, or None."""
-        system = state.system
-        values, rows, errors, depths = [], [], [], []
-        for i in self.contacts or range(system.n_contacts):
-            domain = system.contacts[i].chart.domain
-            for k in range(2):
-                low, high = domain[k]
-                margin = self.margin * (high - low)
-                xi = float(state.contact_variables[i, k])
-                above, below = xi - (high - margin), (low + margin) - xi
-                row = state.xi_jacobians[i, k]
-                if max(above, below) > 0.0 and row.any():
-                    values.append(xi)
-                    rows.append(row)
-                    errors.append(-above if above > below else below)
-                    depths.append(max(above, below) / margin)
-        if not rows:
-            return None
-        return TaskValue(
-            np.array(values), np.array(rows), np.array(errors), smooth_steps(2.0 * np.array(depths))
-        )
+    def packed(self, system: ManipulationSystem) -> PackedTask:
+        """Return a row for every coordinate that is near an edge and can move."""
+        watched = self.contacts or tuple(range(system.n_contacts))
+        check_members("edge_distance", "contacts", watched, system.n_contacts)
+        domains = np.concatenate([system.contacts[i].chart.domain.ravel() for i in watched])
+        return PackedTask((len(watched), *watched), (self.margin, *domains), 2 * len(watched))
