@@ -13,6 +13,8 @@ from graspbench.simulation.stage import JointPath, Stage
 _FREE_STEP_S = 0.004
 _LOOK_S = 0.02
 _NEAR_M = 0.006
+# A finger that brushes past the object farther from the end of its path than this goes on.
+_ARRIVAL_M = 0.015
 
 
 class Approach:
@@ -24,6 +26,7 @@ class Approach:
         n = self._model.n_fingers
         self.contact_time_s = np.full(n, np.nan)
         self.touch: dict[int, Touch] = {}
+        self._arriving = np.zeros(n, dtype=bool)
         self._goal = np.empty(0)
         self._palm = np.eye(4)
 
@@ -37,12 +40,15 @@ class Approach:
         palms = _resampled_poses(at, times, path.transform_palm_to_world)
         self._goal, self._palm = wanted[0].copy(), palms[0]
         stride, look = max(1, round(_FREE_STEP_S / dt)), max(1, round(_LOOK_S / dt))
+        ends = self._tips(wanted[-1], palms[-1])
         worst, k, next_look, count = 0.0, 0, 0, 1
         stage.sample()
         while k < steps:
             if k >= next_look:
                 count, next_look = 1 if stage.hand.is_near_object(_NEAR_M) else stride, k + look
-                worst = max(worst, self._tip_error(wanted[k]))
+                planned = self._tips(wanted[k], palms[k])
+                worst = max(worst, self._tip_error(planned))
+                self._arriving = np.linalg.norm(planned - ends, axis=1) < _ARRIVAL_M
             count = min(count, steps - k)
             k += count
             self._palm = palms[k]
@@ -50,6 +56,7 @@ class Approach:
             self._drive(wanted[k], count * dt)
             stage.step(count)
             self._feel()
+        self._arriving[:] = True
         return worst
 
     def close(self) -> None:
@@ -89,19 +96,20 @@ class Approach:
         touches: tuple[Touch | None, ...] = self._stage.hand.touches(self._stage.parameters.contact_force_n)
         for f in self._fingers:
             touch = touches[f]
-            if touch is not None and np.isnan(self.contact_time_s[f]):
+            if touch is not None and self._arriving[f] and np.isnan(self.contact_time_s[f]):
                 self.contact_time_s[f] = self._stage.time_s
                 self.touch[f] = touch
 
-    def _tip_error(self, wanted: FloatArray) -> float:
+    def _tip_error(self, planned: FloatArray) -> float:
+        """Return the largest distance of a free fingertip from where it should be, shape (n, 3)."""
         free = [f for f in self._fingers if np.isnan(self.contact_time_s[f])]
-        if not free:
-            return 0.0
-        palm = self._stage.hand.palm_pose()
-        real = self._model.tip_positions(self._stage.hand.state()[0])[free]
-        planned = self._model.tip_positions(wanted)[free]
-        difference = _to_world(real, palm) - _to_world(planned, self._palm)
-        return float(np.linalg.norm(difference, axis=1).max())
+        real = self._tips(self._stage.hand.state()[0], self._stage.hand.palm_pose())
+        return float(np.linalg.norm(real - planned, axis=1)[free].max(initial=0.0))
+
+    def _tips(self, joints: FloatArray, palm: FloatArray) -> FloatArray:
+        """Return the centres of all fingertips in the world, shape (n, 3)."""
+        tips: FloatArray = self._model.tip_positions(joints) @ palm[:3, :3].T + palm[:3, 3]
+        return tips
 
 
 def _resampled_poses(at: FloatArray, times: FloatArray, poses: FloatArray) -> FloatArray:
@@ -114,11 +122,6 @@ def _resampled_poses(at: FloatArray, times: FloatArray, poses: FloatArray) -> Fl
     else:
         out[:, :3, :3] = poses[0, :3, :3]
     return out
-
-
-def _to_world(points: FloatArray, pose: FloatArray) -> FloatArray:
-    moved: FloatArray = points @ pose[:3, :3].T + pose[:3, 3]
-    return moved
 
 
 def _resampled(at: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _TIME_STEP_S = 1.0 / 480.0
 _COLLISION_MARGIN_M = 1e-4
+_CONTACT_BREAKING_M = 0.02
 _REST_STEPS = 120
 _REST_DRIFT_M = 5e-5
 _REST_TURN = 1e-3
@@ -58,6 +59,10 @@ class World:
                 )
             pybullet.setGravity(0, 0, -scene.gravity, physicsClientId=self.client)
             pybullet.setTimeStep(_TIME_STEP_S, physicsClientId=self.client)
+            # Bullet keeps it for all worlds of a process: a world before this one may have changed it.
+            pybullet.setPhysicsEngineParameter(
+                contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=self.client
+            )
             self.table_id = self._add_table()
             self._transform_inertial_to_object, self._moments = _principal_axes(object_model)
             self.object_id = self._add_object(_start_pose(object_model, scene, seed))

@@ -195,6 +195,36 @@ def test_slip_is_how_far_the_object_slides_under_the_tips(hand):
         assert meter.slip_m == pytest.approx(0.001, abs=1e-4)
 
 
+def test_a_finger_that_brushes_past_the_object_goes_on(hand):
+    model = cylinder()
+    grasp, path = planned(hand, model)
+    opened, closed = path.joints
+    palms = np.stack([path.transform_palm_to_world[-1]] * 4)
+    palms[:2, 2, 3] += 0.03  # they close once 30 mm too high
+    path = SimpleNamespace(
+        times=np.array([0.0, 0.4, 0.8, 1.2]),
+        joints=np.stack((opened, closed, opened, closed)),
+        transform_palm_to_world=palms,
+    )
+    with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
+        result = execute(world, hand, grasp, path, ExecutionParameters(until="contact"))
+    assert result.success
+    assert max(result.contact_error_m) < 1.5e-3
+
+
+def test_an_execution_leaves_later_worlds_as_they_were(hand):
+    model = load_object(ObjectParameters(name="teddy"))
+    scene = SceneParameters(yaw_deg=20.0)
+
+    def rest():
+        with World(model, scene, 0) as world:
+            return world.transform_object_to_world
+
+    before = rest()
+    run(hand, cylinder(), until="contact")
+    np.testing.assert_array_equal(rest(), before)
+
+
 def test_missed_object_is_reported(hand):
     model = cylinder()
     grasp, path = planned(hand, model)
