@@ -212,17 +212,17 @@ def test_a_finger_that_brushes_past_the_object_goes_on(hand):
     assert max(result.contact_error_m) < 1.5e-3
 
 
-def test_an_execution_leaves_later_worlds_as_they_were(hand):
-    model = load_object(ObjectParameters(name="teddy"))
-    scene = SceneParameters(yaw_deg=20.0)
-
-    def rest():
-        with World(model, scene, 0) as world:
-            return world.transform_object_to_world
-
-    before = rest()
-    run(hand, cylinder(), until="contact")
-    np.testing.assert_array_equal(rest(), before)
+def test_objects_come_to_rest_alike_whatever_a_world_before_did():
+    # Bullet keeps this threshold for all worlds of a process, and an execution changes it.
+    model, poses = load_object(ObjectParameters(name="teddy")), []
+    for threshold in (0.02, 0.002):
+        with World(cylinder(), SceneParameters(yaw_deg=0.0), 0) as other:
+            pybullet.setPhysicsEngineParameter(
+                contactBreakingThreshold=threshold, physicsClientId=other.client
+            )
+        with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
+            poses.append(world.transform_object_to_world)
+    np.testing.assert_array_equal(*poses)
 
 
 def test_missed_object_is_reported(hand):
