@@ -9,8 +9,12 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
+from graspbench.geometry.handles import is_spurious, thinnest_loop
 from graspbench.geometry.intersections import self_intersections
 from graspbench.geometry.units import guess_scale
+
+_MAX_SEARCHED = 100_000
+"""Triangles of a surface whose handles are still looked at, which takes seconds then."""
 
 LARGEST_M, SMALLEST_M = 2.0, 0.002
 _MEASURABLE_M = (1e-12, 1e12)
@@ -165,7 +169,7 @@ def inspect(
             repairs.append("the surface was inside out and was inverted")
         genera = _genera(faces, body, bodies)
         report = replace(report, vertices=len(vertices), genus=sum(genera), volume_m3=float(volumes.sum()))
-        problems += _solid_problems(name, volumes, genera, extents)
+        problems += _solid_problems(name, volumes, extents) or _genus_problems(name, vertices, faces, genera)
     if not trusted and not any(problem.kind in ("units", "flat", "too_fine") for problem in problems):
         pierced = int(self_intersections(vertices, faces).sum())
         report = replace(report, self_intersecting=pierced)
@@ -252,19 +256,22 @@ def _genera(faces: IntArray, body: IntArray, bodies: int) -> list[int]:
     return [topology.genus(int(v), int(f)) for v, f in zip(n_vertices, n_faces, strict=True)]
 
 
-def _solid_problems(
-    name: str, volumes: FloatArray, genera: list[int], extents: FloatArray
-) -> list[MeshProblem]:
+def _solid_problems(name: str, volumes: FloatArray, extents: FloatArray) -> list[MeshProblem]:
     if volumes.max() < _FLAT_SHARE * float(extents.max()) ** 3:
         return [MeshProblem("flat", f"{name} encloses next to no volume", "export a solid, not a sheet")]
+    return []
+
+
+def _genus_problems(name: str, vertices: FloatArray, faces: IntArray, genera: list[int]) -> list[MeshProblem]:
     handles = sum(genera)
     if handles == 0:
         return []
     holes = "a hole" if handles == 1 else f"{handles} holes"
-    return [
-        MeshProblem(
-            "genus",
-            f"{name} has {holes} through it (genus {handles}), but objects must be of genus 0",
-            "fill it, or choose an object without handles",
-        )
-    ]
+    girth, remedy, spurious = "", "fill it, or choose an object without handles", False
+    if len(genera) == 1 and len(faces) <= _MAX_SEARCHED:
+        thinnest = thinnest_loop(vertices, faces)[1]
+        girth = f", {_length(thinnest)} around where it is thinnest"
+        if spurious := is_spurious(thinnest, vertices):
+            remedy = "cut it with a repair, since it is thin enough to be a scan's error"
+    what = f"{name} has {holes} through it (genus {handles}{girth}), where objects must be of genus 0"
+    return [MeshProblem("genus", what, remedy, spurious)]

@@ -11,6 +11,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.convex_union import manifold_arrays, to_manifold
+from graspbench.geometry.handles import cut_open, is_spurious, thinnest_loop
 from graspbench.geometry.inspection import MeshReport, counted, inspect
 from graspbench.geometry.mesh import signed_volume
 
@@ -53,6 +54,7 @@ def repair(
     if not report.usable:
         solids = _closed_bodies(vertices, faces, name, done, warnings)
         vertices, faces = _one_body(solids, name, done)
+        vertices, faces = _without_spurious_handles(vertices, faces, name, done)
         vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
     report = tolerate_wrinkles(
         replace(
@@ -120,6 +122,21 @@ def _closed_bodies(
     if dropped:
         done.append(f"{counted(dropped, 'piece')} dropped for enclosing no volume")
     return sorted(solids, key=lambda solid: -float(solid.volume()))
+
+
+def _without_spurious_handles(
+    vertices: FloatArray, faces: IntArray, name: str, done: list[str]
+) -> tuple[FloatArray, IntArray]:
+    """Cut handles and fill tunnels of one closed body that are too thin to be meant."""
+    vertices, faces, report = inspect(vertices, faces, name, trusted=True)
+    for _ in range(report.genus or 0):
+        loop, girth = thinnest_loop(vertices, faces)
+        if not is_spurious(girth, vertices):
+            break
+        vertices, faces = cut_open(vertices, faces, loop)
+        vertices, faces, _, _ = _close_holes(vertices, faces)
+        done.append(f"a spurious handle was cut, {1e3 * girth:.1f} mm around")
+    return vertices, faces
 
 
 def _size(solid: Any) -> float:

@@ -3,12 +3,21 @@
 import json
 import struct
 
+import manifold3d
 import numpy as np
 import pytest
 import trimesh
 
 from graspbench.errors import ConfigurationError, MeshError
-from graspbench.geometry import ObjectParameters, check_mesh, load_mesh, load_object, repair_mesh
+from graspbench.geometry import (
+    ObjectParameters,
+    check_mesh,
+    load_mesh,
+    load_object,
+    repair_mesh,
+    topology,
+)
+from graspbench.geometry.handles import cut_open, thinnest_loop
 from graspbench.geometry.star_surface import cube_sphere
 
 REFUSED = "refused"
@@ -39,21 +48,34 @@ def without(body, keep):
     return mesh(body.vertices, body.faces[keep])
 
 
+def solid(m):
+    return manifold3d.Manifold(manifold3d.Mesh(np.array(m.vertices, "f4"), np.array(m.faces, "u4")))
+
+
+def surface(body):
+    out = body.to_mesh()
+    return mesh(out.vert_properties[:, :3], out.tri_verts)
+
+
 def torus(handles=1):
     """Return rings that overlap in a row: genus 1 each."""
     ring = trimesh.creation.torus(0.03, 0.008, major_sections=24, minor_sections=12)
     if handles == 1:
         return ring
-    import manifold3d
-
-    def solid(m):
-        return manifold3d.Manifold(manifold3d.Mesh(np.array(m.vertices, "f4"), np.array(m.faces, "u4")))
-
     union = solid(ring)
     for k in range(1, handles):
         union += solid(at(ring, 0.055 * k, 0.0, 0.002))
-    out = union.to_mesh()
-    return mesh(out.vert_properties[:, :3], out.tri_verts)
+    return surface(union)
+
+
+def drilled(body, radius):
+    return surface(solid(body) - solid(trimesh.creation.cylinder(radius, 0.2)))
+
+
+def with_handle(radius):
+    ring = trimesh.creation.torus(4.0 * radius, radius, major_sections=24, minor_sections=12)
+    turn = trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0], [0, 0, 0])
+    return surface(solid(ball()) + solid(at(ring.apply_transform(turn), 0.03, 0, 0)))
 
 
 def with_vertex(body, index, value):
@@ -160,6 +182,9 @@ MESHES = {
     "torus": (torus(1), "genus", REFUSED),
     "two handles": (torus(2), "genus", REFUSED),
     "three handles": (torus(3), "genus", REFUSED),
+    "thin tunnel": (drilled(ball(), 0.0008), "genus", "a spurious handle was cut, 5.0 mm around"),
+    "thin handle": (with_handle(0.0006), "genus", "a spurious handle was cut, 3.7 mm around"),
+    "thin tunnel in a ring": (drilled(at(torus(), 0.03, 0, 0), 0.0008), "genus", REFUSED),
     "two equal bodies": (together(box(), at(box(), 0.2, 0, 0)), "bodies", REFUSED),
     "ten equal bodies": (together(*(at(ball(0.01), 0.05 * k, 0, 0) for k in range(10))), "bodies", REFUSED),
     "stray crumb": (together(ball(), at(ball(0.002), 0.05, 0, 0)), "bodies", "1 stray piece was dropped"),
@@ -282,6 +307,20 @@ def test_files_that_are_no_mesh_are_refused(name, tmp_path):
     if kind is not None:
         assert caught.value.data["kind"] == kind
     assert not check_mesh(path).usable
+
+
+@pytest.mark.parametrize(("handles", "left"), [(1, 0), (2, 1), (3, 2)])
+def test_the_thinnest_loop_goes_around_the_tube_and_its_cut_removes_one_handle(handles, left):
+    body = torus(handles)
+    vertices, faces = topology.weld(np.array(body.vertices), np.array(body.faces))
+    loop, girth = thinnest_loop(vertices, faces)
+    assert girth == pytest.approx(24 * 0.008 * np.sin(np.pi / 12), rel=1e-3)  # a regular polygon of 12 sides
+    assert len(loop) == 12
+    opened, cut = cut_open(vertices, faces, loop)
+    edges = topology.find_edges(cut, len(opened))
+    assert np.sum(edges.count == 1) == 24
+    # Two discs close it: each adds a vertex, and a triangle for each edge of its rim.
+    assert topology.genus(len(opened) + 2, len(cut) + 24) == left
 
 
 def test_there_are_fifty():
