@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import trimesh
+
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
@@ -24,6 +26,20 @@ def local_result(plan: LocalPlan) -> dict[str, Any]:
         if field.name not in left_out
     }
     return {**_grasp(plan.grasp), **plan.quality._asdict(), **counts}
+
+
+def verified_result(trial: "PlannedTrial") -> dict[str, Any]:
+    """Return whether the local grasp's posture stands before an independent check, and what is wrong if not.
+
+    The check is `GraspChecker.verify`: fingertips, joint limits, singular values, and collisions of the
+    whole collision shapes with the hand itself, the ground and the reconstructed surface.
+    """
+    grasp, last = trial.plan.grasp, trial.surfaces[-1]
+    if grasp.posture is None:
+        return {}
+    body = trimesh.Trimesh(last.points, last.network.faces, process=False)
+    violations = trial.checker.verify(grasp.posture, grasp.points, grasp.normals, body)
+    return {"verified": not violations, "violations": list(violations)}
 
 
 def global_result(found: GlobalResult) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from graspbench.experiment.results import (
     ratios,
     reconstruction_result,
     refined_result,
+    verified_result,
 )
 from graspbench.planning import (
     FingertipPath,
@@ -159,7 +160,11 @@ def _result(
     execution: ExecutionResult | None,
 ) -> dict[str, Any]:
     surface, quality = trial.surfaces[-1], config.quality
-    local = {**local_result(trial.plan), **measures_result(trial.plan.grasp, surface, quality)}
+    local = {
+        **local_result(trial.plan),
+        **verified_result(trial),
+        **measures_result(trial.plan.grasp, surface, quality),
+    }
     optima = {
         measure: {**global_result(found), **measures_result(found.grasp, surface, quality)}
         for measure, found in best.items()

@@ -34,6 +34,8 @@ def test_trial_gives_a_scored_and_executed_grasp(teddy_run):
     assert result["object"]["name"] == "teddy"
     assert len(result["local"]["contacts"]) == 3
     assert result["local"]["force_closure"] is True
+    assert result["local"]["verified"] is True
+    assert result["local"]["violations"] == []
     for measure in ("q1", "q2", "q3"):
         assert result["local"][measure] > 0
         assert result["global"][measure]["value"] >= result["local"][measure] * (1 - 1e-9)
