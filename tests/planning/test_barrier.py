@@ -8,6 +8,7 @@ import pytest
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.hand.verification import _bodies, _distance
 from graspbench.planning.barrier import (
+    BarrierValues,
     KinematicBarrier,
     barrier_force,
     hyperbolic_barrier,
@@ -56,6 +57,18 @@ def test_force_is_the_sum_of_repulsions_from_the_contour_points():
     nodes = np.array([[0, 1, 2, -1], [3, 0, -1, -1]])
     values = np.array([[5.0, 2.0, 3.0, 9.0], [0.0, 0.0, 0.0, 0.0]])
     np.testing.assert_allclose(barrier_force(points, nodes, values), [[-2.0, -3.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def test_force_has_the_size_of_the_repulsion_wherever_the_contact_is():
+    points = np.array([[0.3, -0.2, 0.5], [0.33, -0.16, 0.5]])
+    force = barrier_force(points, np.array([[0, 1]]), np.array([[0.0, 2.0]]))
+    np.testing.assert_allclose(force, [[-1.2, -1.6, 0.0]])
+
+
+def test_total_is_the_sum_of_three_terms():
+    terms = (np.array([[0.0, value]]) for value in (1.0, 2.0, 4.0))
+    values = BarrierValues(np.array([[0, 1]]), *terms, np.ones((1, 2), dtype=bool))
+    np.testing.assert_allclose(values.total, [[0.0, 7.0]])
 
 
 def test_comfortable_grasp_feels_no_barrier(grasp):
