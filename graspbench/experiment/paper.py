@@ -23,6 +23,7 @@ def case_study(
     output: Path, overrides: Sequence[str], jobs: int, config_dir: Path | None, say: Say
 ) -> PaperResult:
     """Two planar grippers move a bar, with and without secondary tasks (section 4.5, figures 4.4 to 4.7)."""
+    from graspbench.experiment.case_study_log import record_case_study
     from graspbench.manipulation import run_case_study
     from graspbench.report.case_study_figures import draw_case_study, write_histories
 
@@ -39,6 +40,7 @@ def case_study(
     say("drawing")
     files = list(draw_case_study(list(results.values()), output))
     files.append(write_histories(list(results.values()), output / "histories.csv"))
+    files += [record_case_study(result, output / f"{name}.mcap") for name, result in results.items()]
     document = {name: result.summary() for name, result in results.items()}
     write_atomically(output / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
     rows = [{"case": name.replace("_", " "), **_shown(found)} for name, found in document.items()]
