@@ -1,8 +1,9 @@
 """In-hand manipulation, run and stored: a trial up to its grasp, then the motion of the object."""
 
 from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -17,7 +18,11 @@ from graspbench.experiment.results import local_result, object_result
 from graspbench.experiment.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, to_json
 from graspbench.hand import HandModel
 from graspbench.manipulation import ManipulationResult, manipulate_object
+from graspbench.planning import fingertip_paths, track
 from graspbench.record import TrialLog
+
+if TYPE_CHECKING:
+    from graspbench.simulation.in_hand import InHandResult
 
 # What a motion that succeeds keeps to.
 POSITION_TOLERANCE_M = 1e-4
@@ -86,11 +91,17 @@ def shortcoming(result: ManipulationResult, hand: HandModel) -> str | None:
 def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: StageClock) -> dict[str, Any]:
     with planned_trial(config, clock) as trial:
         _check_joints(config, trial.hand)
+        contact = config.contact
+        if contact.mass_kg is None and trial.scene is not None:
+            contact = replace(contact, mass_kg=trial.scene.model.mass_kg)
         with clock.stage("manipulation"):
             moved = manipulate_object(
-                trial.hand, trial.plan.grasp, trial.surfaces[-1], config.motion, config.clik, config.contact
+                trial.hand, trial.plan.grasp, trial.surfaces[-1], config.motion, config.clik, contact
             )
         reason = shortcoming(moved, trial.hand)
+        played = None if reason else _play(config, trial, moved, clock)
+        if played is not None and played.reason:
+            reason = f"played in physics: {played.reason}"
         result = {
             "status": "failed" if reason else "done",
             "reason": reason,
@@ -98,11 +109,17 @@ def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: 
             "object": object_result(trial),
             "local": local_result(trial.plan),
             "manipulation": moved.summary(),
+            "in_hand": None if played is None else _in_hand_result(played),
         }
         with clock.stage("record"):
-            _record(log, trial, moved, result)
+            if played is None:
+                _record(log, trial, moved)
+            else:
+                log.grasp(trial.plan.grasp, "local")
+                log.motion(trial.hand.joint_names, played.motion)
+            log.scores(_scores(result))
     with clock.stage("pictures"):
-        _draw(config, trial, moved, folder)
+        _draw(config, trial, moved, played, folder)
     return {**result, "times_s": dict(clock.seconds)}
 
 
@@ -124,7 +141,58 @@ def _check_joints(config: ManipulationConfig, hand: HandModel) -> None:
             )
 
 
-def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult, result: dict[str, Any]) -> None:
+def _play(
+    config: ManipulationConfig, trial: PlannedTrial, moved: ManipulationResult, clock: StageClock
+) -> "InHandResult | None":
+    """Play the motion on the simulated object, if that is asked for and there is one."""
+    if trial.scene is None or config.execution.until == "off":
+        return None
+    from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+
+    planner, posture = config.planner, trial.plan.grasp.posture
+    assert posture is not None, "a plan made with a checker has a posture"
+    with clock.stage("paths"):
+        paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
+        approach = track(paths, trial.hand, posture, planner.paths)
+    path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    with clock.stage("execution"):
+        return play_in_hand(trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution)
+
+
+def _in_hand_result(played: "InHandResult") -> dict[str, Any]:
+    """Return what came of the motion in physics; the sampled motion is left to the log."""
+    errors = (
+        {}
+        if not played.times.size
+        else {
+            "position_error_max_m": float(played.position_error_m.max()),
+            "position_error_end_m": float(played.position_error_m[-1]),
+            "rotation_error_max_deg": float(played.rotation_error_deg.max()),
+            "rotation_error_end_deg": float(played.rotation_error_deg[-1]),
+            "moved_max_m": float(played.moved_m.max()),
+            "turned_max_deg": float(played.turned_deg.max()),
+        }
+    )
+    histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
+    return {
+        "success": played.success,
+        "grip_force_n": played.grip_force_n,
+        **errors,
+        "phases": {phase.name: asdict(phase) for phase in played.phases},
+        "histories": {name: getattr(played, name).tolist() for name in histories},
+    }
+
+
+def _scores(result: dict[str, Any]) -> dict[str, Any]:
+    named = {f"manipulation.{key}": value for key, value in result["manipulation"].items()}
+    if result["in_hand"] is not None:
+        named |= {
+            f"in_hand.{key}": value for key, value in result["in_hand"].items() if not isinstance(value, dict)
+        }
+    return {"success": result["success"], **named}
+
+
+def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
     log.grasp(trial.plan.grasp, "local")
     period = moved.history.times[1] - moved.history.times[0]
     shown = slice(None, None, max(round(1.0 / (_LOG_RATE_HZ * period)), 1))
@@ -134,10 +202,6 @@ def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult, resul
         moved.history.joints[shown],
         np.broadcast_to(moved.transform_palm_to_world, (len(moved.history.times[shown]), 4, 4)),
         transform_object_to_world=_object_poses(trial, moved)[shown],
-    )
-    log.scores(
-        {"success": result["success"]}
-        | {f"manipulation.{key}": value for key, value in result["manipulation"].items()}
     )
 
 
@@ -152,7 +216,13 @@ def _object_poses(trial: PlannedTrial, moved: ManipulationResult) -> FloatArray:
     return np.asarray(poses @ np.linalg.inv(poses[0]) @ trial.scene.transform_object_to_world)
 
 
-def _draw(config: ManipulationConfig, trial: PlannedTrial, moved: ManipulationResult, folder: Path) -> None:
+def _draw(
+    config: ManipulationConfig,
+    trial: PlannedTrial,
+    moved: ManipulationResult,
+    played: "InHandResult | None",
+    folder: Path,
+) -> None:
     from graspbench.report.manipulation_figures import (  # loads Matplotlib
         draw_manipulation,
         write_manipulation,
@@ -168,6 +238,10 @@ def _draw(config: ManipulationConfig, trial: PlannedTrial, moved: ManipulationRe
     }
     title = f"{trial.name}, {trial.hand.name} hand, {config.motion.name}, {config.contact.kind} contacts"
     draw_manipulation(moved, fingers, folder / "manipulation.png", title=title)
+    if played is not None and played.times.size:
+        from graspbench.report.in_hand_figure import draw_in_hand
+
+        draw_in_hand(played, folder / "in_hand.png", title=f"{title}, played in physics")
 
 
 def _header(config: ManipulationConfig) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from graspbench.manipulation.tree import KinematicTree, tree_from_pinocchio
 from graspbench.reconstruction.surface import Surface
 
 _GRAVITY = 9.81
+_UNKNOWN_MASS_KG = 0.1
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,10 @@ class ContactParameters:
         ContactType, Field(description="rolling (spherical tips without slip), hard, soft or frictionless")
     ] = "rolling"
     patch_radius_m: Annotated[float, Field(gt=0, description="Size of the local charts on a mesh")] = 0.015
-    mass_kg: Annotated[float, Field(gt=0, description="Mass of the object, for the contact forces")] = 0.1
+    mass_kg: Annotated[
+        float | None,
+        Field(gt=0, description="Mass of the object, for the contact forces; the object's own if null"),
+    ] = None
     force_rate_hz: Annotated[float, Field(gt=0, description="How often contact forces are computed")] = 50.0
     forces: Annotated[ForceParameters, Field(description="Contact force distribution")] = field(
         default_factory=ForceParameters
@@ -231,7 +235,8 @@ class _ForceRecorder:
         self.forces: list[FloatArray] = []
         self.margins: list[float] = []
         self._every = max(round(1.0 / (parameters.force_rate_hz * step_s)), 1)
-        self._step_s, self._trajectory, self._mass = step_s, trajectory, parameters.mass_kg
+        self._step_s, self._trajectory = step_s, trajectory
+        self._mass = _UNKNOWN_MASS_KG if parameters.mass_kg is None else parameters.mass_kg
         self._up = to_world.T @ np.array([0.0, 0.0, 1.0])
         self._distribute = ForceDistribution(parameters.forces)
 

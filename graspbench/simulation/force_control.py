@@ -27,6 +27,7 @@ class ForceControl:
 
     Attributes:
         mean_force_n: Mean normal force asked of a finger, N.
+        rest: Posture in which the springs are relaxed, shape (n_q,).
     """
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
@@ -43,7 +44,7 @@ class ForceControl:
         slowest = 0.3 / stage.time_step_s  # a return within one step would overshoot
         self._return_rate = min(slowest, p.stiffness_nm_rad / max(p.damping_nms_rad, 1e-9))
         self._renew = max(1, round(_RENEW_S / stage.time_step_s))
-        self._rest = stage.hand.state()[0]
+        self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._sharing = np.zeros((len(fingers), 3, 3))
 
@@ -66,7 +67,7 @@ class ForceControl:
 
     def rest_here(self) -> None:
         """Let the springs relax in the present posture."""
-        self._rest = self._stage.hand.state()[0]
+        self.rest = self._stage.hand.state()[0]
 
     def drive(self, palm: FloatArray, grip: float, load: float) -> None:
         """Set wrist and fingers for the next step.
@@ -83,7 +84,7 @@ class ForceControl:
             self._renew_torques(q, palm)
         self._age += 1
         torques = self._own_weight + grip * self._pressing + load * self._carrying
-        away = self._rest - q
+        away = self.rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
         stage.hand.drive_compliantly(torques, springs, self._return_rate * away)
 

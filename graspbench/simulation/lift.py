@@ -1,6 +1,6 @@
 """Does the grasp hold? Squeeze, lift, hold, tilt the wrist, push until it slips, and shake."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +44,7 @@ def hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[T
         touches: How each of them touched first.
     """
     p = stage.parameters
-    grip = _Grip(stage, fingers, touches)
+    grip = Grip(stage, fingers, touches)
     pushes = None
     if grip.squeeze():
         pivot = stage.world.object_pose()[:3, 3]
@@ -59,7 +59,7 @@ def hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[T
     return HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, grip.reason)
 
 
-class _Grip:
+class Grip:
     """The object in the hand, phase by phase."""
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
@@ -87,14 +87,14 @@ class _Grip:
         for k in range(steps // 2):
             self.control.drive(self.palm, 1.0, smooth((k + 1) / (steps // 2)))
             stage.step()
-        self._reference = self._object_in_palm()
+        self._reference = self.object_in_palm()
         self._slip.look()
         return self._judge("squeeze", load_weight=1.0, lifted=False)
 
     def move(self, name: str, motion: PalmMotion, time_s: float) -> bool:
         """Carry the object along a motion of the palm; return whether it was held."""
         steps = self._steps(time_s)
-        centre = self._object_in_palm()[:, 3]
+        centre = self.object_in_palm()[:, 3]
         centres = np.empty((steps + 2, 3))
         centres[:2] = (self.palm @ centre)[:3]
         self._slip.begin_phase()
@@ -107,6 +107,17 @@ class _Grip:
                 self._slip.look()
         return self._judge(name, self._largest_load(centres), lifted=True)
 
+    def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
+        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`."""
+        self._slip.begin_phase()
+        for k in range(1, steps + 1):
+            drive(k)
+            self.control.drive(self.palm, 1.0, 1.0)
+            self._stage.step()
+            if k % self._look == 0:
+                self._slip.look()
+        return self._judge(name, 1.0, lifted=True)
+
     def push(self, direction: FloatArray) -> float:
         """Push harder and harder until a contact slides; return the push resisted, in weights.
 
@@ -115,7 +126,7 @@ class _Grip:
         stage, p = self._stage, self._stage.parameters
         client, body = stage.world.client, stage.world.object_model
         saved = pybullet.saveState(physicsClientId=client)
-        before, slip = self._object_in_palm(), SlipMeter(stage, self._fingers)
+        before, slip = self.object_in_palm(), SlipMeter(stage, self._fingers)
         slip.look()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
@@ -133,7 +144,7 @@ class _Grip:
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
-                drift = np.linalg.norm(self._object_in_palm()[:3, 3] - before[:3, 3])
+                drift = np.linalg.norm(self.object_in_palm()[:3, 3] - before[:3, 3])
                 if slip.slip_m > p.push_slip_m or drift > p.slip_limit_m:
                     break
                 resisted = push
@@ -144,7 +155,8 @@ class _Grip:
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))
 
-    def _object_in_palm(self) -> FloatArray:
+    def object_in_palm(self) -> FloatArray:
+        """Return transform_object_to_palm, shape (4, 4)."""
         pose: FloatArray = np.linalg.inv(self._stage.hand.palm_pose()) @ self._stage.world.object_pose()
         return pose
 
@@ -155,7 +167,7 @@ class _Grip:
         return float(np.linalg.norm(acceleration, axis=1).max(initial=gravity) / gravity)
 
     def _judge(self, name: str, load_weight: float, *, lifted: bool) -> bool:
-        now, p = self._object_in_palm(), self._stage.parameters
+        now, p = self.object_in_palm(), self._stage.parameters
         contacts = sum(touch is not None for touch in self.control.touches())
         drift = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
         height = self._stage.world.object_pose()[2, 3] - self._ground

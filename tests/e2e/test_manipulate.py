@@ -60,6 +60,30 @@ def test_folder_holds_histories_picture_and_log(moved):
     assert list(pd.read_csv(output / "trials.csv")["status"]) == ["done"]
 
 
+def test_a_motion_is_played_in_physics(cli, tmp_path):
+    small = ("motion.translation_m=[0,0,0.004]", "motion.rotation_deg=[0,0,4]", *SHORT)
+    finished = cli(
+        "manipulate", "object=duck", "hand=radial", "execution=default", *small, "--json", "-o", tmp_path
+    )
+    assert finished.code == 0, finished.stderr
+    played = finished.document["in_hand"]
+    assert played["success"]
+    assert list(played["phases"]) == ["squeeze", "lift", "hold", "in_hand"]
+    # the real object went along, and came back
+    assert played["moved_max_m"] == pytest.approx(0.004, abs=1e-3)
+    assert played["turned_max_deg"] == pytest.approx(4.0, abs=1.5)
+    assert played["position_error_max_m"] < 1.5e-3
+    assert played["rotation_error_max_deg"] < 2.0
+    histories = played["histories"]
+    assert len({len(values) for values in histories.values()}) == 1
+    assert histories["times"][-1] == pytest.approx(1.5, abs=0.05)
+    folder = tmp_path / finished.document["trial_id"]
+    assert cv2.imread(str(folder / "in_hand.png")).std() > 5
+    info = log_info(folder / "manipulation.mcap")
+    assert info.complete
+    assert info.messages["/joints"] > 50
+
+
 def test_a_motion_out_of_reach_is_a_failed_result(cli, tmp_path):
     far = ("object=duck", "hand=radial", "motion.translation_m=[0,0,0.3]", *SHORT, "record=off")
     finished = cli("manipulate", *far, "--json", "-o", tmp_path / "r")

@@ -1,0 +1,160 @@
+"""A planned in-hand motion played in physics: grasp, lift, then the fingers move the object."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.grasp.configuration import Grasp
+from graspbench.hand.model import HandModel
+from graspbench.simulation.approach import Approach
+from graspbench.simulation.execution import ExecutionParameters, Motion, PhaseOutcome
+from graspbench.simulation.lift import Grip
+from graspbench.simulation.palm_motion import carrying
+from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.world import World
+
+_SAMPLE_S = 0.02
+_SETTLE_S = 0.5
+
+
+@dataclass(frozen=True)
+class InHandPath:
+    """What the fingers shall do with the object, from the grasp on; the palm stays.
+
+    Attributes:
+        times: Ascending times from 0, shape (t,), s.
+        joints: Joint positions, shape (t, n_q), rad.
+        transforms_object_to_palm: The object's pose, shape (t, 4, 4); any frame that is fixed to it.
+    """
+
+    times: FloatArray
+    joints: FloatArray
+    transforms_object_to_palm: FloatArray
+
+
+@dataclass(frozen=True)
+class InHandResult:
+    """What came of an in-hand motion.
+
+    Attributes:
+        success: Whether the object was held to the end.
+        reason: Why not, one clause; None on success.
+        phases: Outcomes of squeeze, lift, hold and the motion, as far as it came.
+        grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
+        times: Since the start of the motion, shape (s,), s; empty if it came to none.
+        position_error_m: How far the object's centre is from where the motion wants it, in the palm frame,
+            since the motion's start, shape (s,).
+        rotation_error_deg: Angle between its orientation and the wanted one, shape (s,).
+        moved_m: How far its centre has moved in the palm frame, shape (s,).
+        turned_deg: How far it has turned in the palm frame, shape (s,).
+        motion: Samples for the record, from the approach on.
+    """
+
+    success: bool
+    reason: str | None
+    phases: tuple[PhaseOutcome, ...]
+    grip_force_n: float
+    times: FloatArray
+    position_error_m: FloatArray
+    rotation_error_deg: FloatArray
+    moved_m: FloatArray
+    turned_deg: FloatArray
+    motion: Motion
+
+
+def play_in_hand(
+    world: World,
+    hand: HandModel,
+    grasp: Grasp,
+    approach_path: JointPath,
+    path: InHandPath,
+    parameters: ExecutionParameters,
+) -> InHandResult:
+    """Grasp and lift the object, then play the joint path under grip force.
+
+    The fingers are springs around the joint path, besides the forces that grip and carry the object.
+
+    Args:
+        world: The object at rest on the table; it is changed.
+        hand: The hand.
+        grasp: The planned grasp.
+        approach_path: The planned motion up to it.
+        path: What to do with the object.
+        parameters: How to execute.
+
+    Raises:
+        SimulationError: The simulation diverged.
+        HandError: PyBullet cannot load the hand.
+    """
+    stage = Stage(world, hand, approach_path, parameters)
+    fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
+    approach = Approach(stage, grasp, fingers)
+    approach.follow(approach_path)
+    approach.close()
+    missing = [f for f in fingers if f not in approach.touch]
+    if missing:
+        names = ", ".join(hand.finger_names[f] for f in missing)
+        return _result(stage, None, [], f"no touch of {names} at the end of the approach")
+    grip = Grip(stage, fingers, [approach.touch[f] for f in fingers])
+    tracked: list[tuple[float, FloatArray, FloatArray]] = []
+    if grip.squeeze():
+        low = stage.hand.palm_pose()
+        lift = carrying(low, world.object_pose()[:3, 3], parameters)[:2]
+        if all(grip.move(*phase) for phase in lift):
+            tracked = _move_in_hand(stage, grip, path)
+    return _result(stage, grip, tracked, grip.reason)
+
+
+def _move_in_hand(stage: Stage, grip: Grip, path: InHandPath) -> list[tuple[float, FloatArray, FloatArray]]:
+    """Play the path; return time, real and wanted pose of the object in the palm at every sample."""
+    dt = stage.time_step_s
+    steps = max(1, round(float(path.times[-1]) / dt))
+    every = max(1, round(_SAMPLE_S / dt))
+    start, rest = grip.object_in_palm(), grip.control.rest
+    undo = np.linalg.inv(path.transforms_object_to_palm[0])
+    tracked = [(0.0, start, start)]
+
+    def drive(k: int) -> None:
+        time_s = min(k * dt, float(path.times[-1]))
+        offset = _joints_at(path, time_s) - path.joints[0]
+        grip.control.rest = rest + offset
+        if k % every == 0:
+            grip.control.distribute()  # contacts roll over the surface
+            at = min(int(np.searchsorted(path.times, time_s)), len(path.times) - 1)
+            wanted = path.transforms_object_to_palm[at] @ undo @ start
+            if k > 0:
+                tracked.append((k * dt, grip.object_in_palm(), wanted))
+
+    grip.play("in_hand", drive, steps + round(_SETTLE_S / dt))
+    return tracked
+
+
+def _joints_at(path: InHandPath, time_s: float) -> FloatArray:
+    after = min(max(int(np.searchsorted(path.times, time_s)), 1), len(path.times) - 1)
+    span = path.times[after] - path.times[after - 1]
+    share = (time_s - path.times[after - 1]) / span
+    joints: FloatArray = (1.0 - share) * path.joints[after - 1] + share * path.joints[after]
+    return joints
+
+
+def _result(
+    stage: Stage,
+    grip: Grip | None,
+    tracked: list[tuple[float, FloatArray, FloatArray]],
+    reason: str | None,
+) -> InHandResult:
+    stage.sample()
+    start = tracked[0][1] if tracked else np.eye(4)
+    return InHandResult(
+        success=reason is None,
+        reason=reason,
+        phases=() if grip is None else tuple(grip.phases),
+        grip_force_n=0.0 if grip is None else grip.control.mean_force_n,
+        times=np.array([time for time, _, _ in tracked]),
+        position_error_m=np.array([np.linalg.norm(real[:3, 3] - goal[:3, 3]) for _, real, goal in tracked]),
+        rotation_error_deg=np.array([turn_deg(goal, real) for _, real, goal in tracked]),
+        moved_m=np.array([np.linalg.norm(real[:3, 3] - start[:3, 3]) for _, real, _ in tracked]),
+        turned_deg=np.array([turn_deg(start, real) for _, real, _ in tracked]),
+        motion=stage.motion(),
+    )
