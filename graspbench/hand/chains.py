@@ -10,6 +10,7 @@ from graspbench.errors import HandError
 from graspbench.hand.parameters import FingerDescription
 
 LOWER, UPPER, PREFERRED = 0, 1, 2
+FEWEST_JOINTS = 3
 
 
 class Chains(NamedTuple):
@@ -53,7 +54,8 @@ def extract_chains(
         the chain's frame of that joint).
 
     Raises:
-        HandError: A name is unknown, a joint is not revolute, or two fingers share a joint.
+        HandError: A name is unknown, a joint is not revolute, a finger has fewer than three joints, or two
+            fingers share a joint.
     """
     joints = [_finger_joints(model, finger, hand) for finger in fingers]
     count = max(len(chain) for chain in joints)
@@ -98,6 +100,11 @@ def _finger_joints(model: pinocchio.Model, finger: FingerDescription, hand: str)
         raise HandError(
             f"no joint moves the tip '{finger.tip}' of finger '{finger.name}' of hand '{hand}'",
             remedy="name a tip link at the end of a finger",
+        )
+    if len(support) < FEWEST_JOINTS:
+        raise HandError(
+            f"finger '{finger.name}' of hand '{hand}' has {len(support)} joints, too few to place its tip",
+            remedy=f"describe fingers of {FEWEST_JOINTS} or more revolute joints",
         )
     names = tuple(model.names[j] for j in support)
     if finger.joints is not None and finger.joints != names:

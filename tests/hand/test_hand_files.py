@@ -111,6 +111,7 @@ def test_a_wrong_description_is_refused_in_one_sentence(tmp_path, changes, said)
     [
         (FingerDescription("c", "no_tip"), "has no link 'no_tip'"),
         (FingerDescription("c", "base"), "no joint moves the tip"),
+        (FingerDescription("c", "c_mid"), "has 2 joints, too few"),
         (FingerDescription("c", "b_tip"), "share the joint"),
         (FingerDescription("a", "c_tip"), "two fingers of one name"),
         (FingerDescription("c", "c_tip", joints=("c2", "c3")), "is moved by c1, c2, c3"),
