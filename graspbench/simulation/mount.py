@@ -11,7 +11,7 @@ from graspbench.simulation.mount_placement import place_arm
 from graspbench.simulation.palm_motion import carrying, shakes, tilt_axis
 from graspbench.simulation.wrist import FloatingWrist, Mount
 
-_KEY_POSES = 8
+_KEY_POSES = 10
 
 
 def make_mount(

@@ -48,6 +48,11 @@ class KukaArm:
         return self.placement.transform_base_to_world
 
     @property
+    def solver_iterations(self) -> int:
+        """With fewer, contacts creep: a cylinder slides 1.0 mm instead of 0.55 mm while it is tilted."""
+        return 150
+
+    @property
     def tilt_direction(self) -> float:
         """Which way the wrist tilts after the lift: the way in which the arm's wrist stays off the table."""
         return self.placement.tilt_direction

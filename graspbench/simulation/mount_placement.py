@@ -26,6 +26,9 @@ _LEAST_MARGIN = 0.02
 _LEAST_DEXTERITY = 0.02
 _GOOD_DEXTERITY = 0.15
 _ENOUGH = 0.2
+_SPEED_SHARE = 0.9
+"""Of the joints' greatest speeds, between poses: they may be exceeded in between."""
+
 _CLEARANCE_M = 0.005
 
 
@@ -138,7 +141,7 @@ def _score(
             now = arm.follow(now, palm, span / steps)
         state = arm.assess(now, palm)
         comfort = min(comfort, _comfort(state.margin, state.dexterity))
-        too_fast = span > 0.0 and np.any(np.abs(now - joints) > arm.speed_limits * span)
+        too_fast = span > 0.0 and np.any(np.abs(now - joints) > _SPEED_SHARE * arm.speed_limits * span)
         low = state.lowest_m + height_m < _CLEARANCE_M
         if comfort <= least or too_fast or low or state.error_m > _REACHED_M:
             return 0.0

@@ -57,9 +57,10 @@ class Stage:
         pybullet.setPhysicsEngineParameter(
             contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=world.client
         )
-        self._set_steps(1, parameters.solver_iterations)
         palms = path.transform_palm_to_world
         mount = make_mount(hand, path.times, palms, world.object_pose()[:3, 3], parameters)
+        self._iterations = max(parameters.solver_iterations, mount.solver_iterations)
+        self._set_steps(1, self._iterations)
         self.hand = SimulatedHand(world, hand, mount, path.joints[0], parameters)
 
     def step(self, count: int = 1) -> None:
@@ -68,7 +69,7 @@ class Stage:
         More than one is for a hand that touches nothing: its motors are the only constraints.
         """
         if count != self._count:
-            self._set_steps(count, _FREE_ITERATIONS if count > 1 else self.parameters.solver_iterations)
+            self._set_steps(count, _FREE_ITERATIONS if count > 1 else self._iterations)
         pybullet.stepSimulation(physicsClientId=self.world.client)
         self.steps += count
         if (self.steps - self._sampled_step) * self.time_step_s >= _SAMPLE_S * (1.0 - 1e-9):

@@ -32,6 +32,11 @@ class Mount(Protocol):
         ...
 
     @property
+    def solver_iterations(self) -> int:
+        """Least number of the solver's iterations in which forces get through its chain of joints."""
+        ...
+
+    @property
     def tilt_direction(self) -> float:
         """Which way the wrist tilts after the lift: 1, approach turning upwards, or -1."""
         ...
@@ -85,6 +90,11 @@ class FloatingWrist:
     def base_to_world(self) -> FloatArray:
         """Pose of the wrist's fixed base, shape (4, 4)."""
         return self._base
+
+    @property
+    def solver_iterations(self) -> int:
+        """Its joints weigh next to nothing: as few iterations as the fingers need."""
+        return 1
 
     @property
     def tilt_direction(self) -> float:

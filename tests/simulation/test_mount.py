@@ -70,7 +70,7 @@ def test_spare_freedom_draws_the_joints_to_the_middle_and_leaves_the_palm(arm):
 
 @pytest.mark.parametrize("palm", [from_above(), from_the_side()])
 def test_arm_and_hand_are_one_body_with_the_palm_where_it_is_wanted(hand, palm):
-    mount = mount_at(hand, palm)
+    mount = mount_at(hand, palm, until="contact")
     model = load_object(ObjectParameters(name="cylinder"))
     with World(model, SceneParameters(), 0) as world:
         body = SimulatedHand(world, hand, mount, np.zeros(hand.n_joints), ExecutionParameters())
