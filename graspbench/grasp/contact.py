@@ -30,11 +30,6 @@ class ContactPolytope:
     vertices: FloatArray
     faces: tuple[IntArray, ...]
 
-    @property
-    def basis_size(self) -> int:
-        """Number of force and moment components."""
-        return int(self.vertices.shape[1])
-
 
 @lru_cache(maxsize=64)
 def contact_polytope(

@@ -257,11 +257,6 @@ class State:
         """Return the object's mean position over the fingers, and finger 0's orientation of it."""
         return self.object_positions.mean(axis=0), self.object_rotations[0].copy()
 
-    def closed_chain_residual(self) -> float:
-        """Return the largest distance between two fingers' idea of where the object's origin is, m."""
-        spread = self.object_positions[:, None] - self.object_positions[None]
-        return float(np.sqrt((spread**2).sum(axis=-1).max()))
-
     def rates(self, velocity: FloatArray) -> FloatArray:
         """Return the rates of all contact variables, shape (n_c, 5), for z', shape (n,)."""
         out = np.zeros((self.system.n_contacts, 5))

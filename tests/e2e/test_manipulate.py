@@ -63,9 +63,14 @@ def test_folder_holds_histories_picture_and_log(moved):
 def test_a_motion_is_played_in_physics(cli, tmp_path):
     small = ("motion.translation_m=[0,0,0.004]", "motion.rotation_deg=[0,0,4]", *SHORT)
     finished = cli(
-        "manipulate", "object=duck", "hand=radial", "execution=default", *small, "--json", "-o", tmp_path
-    )
+        "manipulate", "object=duck", "hand=radial", "contact=hard", "execution=default", *small, "--json",
+        "-o", tmp_path,
+    )  # fmt: skip
     assert finished.code == 0, finished.stderr
+    planned = finished.document["manipulation"]
+    assert planned["position_error_max_m"] <= 1e-4
+    assert planned["rotation_error_max_deg"] <= 0.1
+    assert planned["contact_drift_max_m"] <= 1e-6
     played = finished.document["in_hand"]
     assert played["success"]
     assert list(played["phases"]) == ["squeeze", "lift", "hold", "in_hand"]

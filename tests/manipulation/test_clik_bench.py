@@ -42,5 +42,14 @@ def test_missing_peer_is_told(monkeypatch):
 
 def test_stability_follows_gain_times_period():
     """Euler's pseudo-inverse loop multiplies the error by 1 - K dt: stable below 2, unstable above."""
-    rows = bench.stability(gains=(100.0, 900.0, 1900.0, 2200.0), steps_s=(1e-3,))
-    assert [row["converged"] for row in rows] == [True, True, True, False]
+    rows = bench.stability(gains=(100.0, 900.0, 1900.0, 2200.0), steps_s=(1e-3,), methods=("pseudo_inverse",))
+    assert [row["stable"] for row in rows] == [True, True, True, False]
+    for row in rows[:2]:
+        expected = row["error_start"] * (1.0 - row["gain_times_step"]) ** 400
+        assert row["error_end"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_transpose_converges_at_moderate_gains():
+    rows = bench.stability(gains=(10.0, 100.0), steps_s=(2e-3,), methods=("transpose",))
+    assert all(row["stable"] for row in rows)
+    assert rows[1]["error_end"] < rows[0]["error_end"]
