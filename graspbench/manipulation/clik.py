@@ -155,7 +155,7 @@ class Clik:
         return velocity
 
     def task_jacobians(self, time_s: float) -> list[FloatArray]:
-        """Return the Jacobian of every block of active rows in the order that holds at a time."""
+        """Return the Jacobian of every active task's rows in the order that holds at a time."""
         return self._task_set.jacobians(self._order(time_s)[1])
 
     def _order(self, time_s: float) -> tuple[IntArray, IntArray, float]:

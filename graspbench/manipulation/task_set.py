@@ -61,13 +61,12 @@ class TaskSet:
             self.arrays.counts[t] = rows
 
     def jacobians(self, order: Sequence[int] | IntArray) -> list[FloatArray]:
-        """Return the Jacobian of every block of active rows, first priority first."""
+        """Return the Jacobian of every active task's rows, first priority first."""
         blocks = []
         for t in order:
             first, count = int(self.arrays.table[t, 3]), int(self.arrays.counts[t])
-            height = 1 if self.arrays.separate[t] else max(count, 1)
-            for start in range(first, first + count, height):
-                blocks.append(self.arrays.jacobian[start : start + height])
+            if count > 0:
+                blocks.append(self.arrays.jacobian[first : first + count])
         return blocks
 
     def _lay_out(self) -> None:
