@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import copy
+import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 
 import numpy as np
 import pybullet
-from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
@@ -150,11 +150,20 @@ def _fixed(name: str, parent: str, child: str, pose: FloatArray) -> ElementTree.
     joint = ElementTree.Element("joint", name=name, type="fixed")
     ElementTree.SubElement(joint, "parent", link=parent)
     ElementTree.SubElement(joint, "child", link=child)
-    rpy = Rotation.from_matrix(pose[:3, :3]).as_euler("xyz")
     ElementTree.SubElement(
         joint,
         "origin",
         xyz=" ".join(f"{value:.15g}" for value in pose[:3, 3]),
-        rpy=" ".join(f"{angle:.15g}" for angle in rpy),
+        rpy=" ".join(f"{angle:.15g}" for angle in _roll_pitch_yaw(pose[:3, :3])),
     )
     return joint
+
+
+def _roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
+    """Return angles about fixed axes x, y, z as URDF has them, also where two of them do the same."""
+    r = rotation
+    cosine = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], cosine)
+    if cosine > 1e-9:
+        return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
+    return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])

@@ -1,5 +1,6 @@
 """The arm as a mount: its kinematics against PyBullet's, its place, and a grasp carried by it."""
 
+import xml.etree.ElementTree as ElementTree
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,7 @@ from graspbench.simulation.execute import execute
 from graspbench.simulation.hand import SimulatedHand
 from graspbench.simulation.mount import make_mount
 from graspbench.simulation.mount_arm import ArmModel, brackets
+from graspbench.simulation.mount_kuka import arm_with_hand
 from graspbench.simulation.palm_motion import carrying
 
 OBJECT = np.array([0.0, 0.0, 0.05])
@@ -83,6 +85,15 @@ def test_arm_and_hand_are_one_body_with_the_palm_where_it_is_wanted(hand, palm):
             name = pybullet.getJointInfo(body.body, link, physicsClientId=world.client)[12].decode()
             assert name == f"lbr_iiwa_link_{link}"
             assert pybullet.getAABB(body.body, link, physicsClientId=world.client)[0][2] > 0.0
+
+
+@pytest.mark.parametrize("angles", [(20, 30, 40), (0, 90, 30), (50, -90, 0), (180, 0, 0)])
+def test_the_hand_is_bolted_on_as_it_is_said(hand, angles):
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    joint = ElementTree.fromstring(arm_with_hand(hand, pose)).find("joint[@name='hand_on_arm']/origin")
+    rotation = Rotation.from_euler("xyz", [float(angle) for angle in joint.get("rpy").split()])
+    np.testing.assert_allclose(rotation.as_matrix(), pose[:3, :3], atol=1e-12)
 
 
 def test_the_place_is_one_and_the_whole_task_is_within_the_joints_ranges(hand):
