@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
+from graspbench.simulation.inertia import mend_inertias
 
 WRIST_JOINTS = ("wrist_x", "wrist_y", "wrist_z", "wrist_rx", "wrist_ry", "wrist_rz")
 _AXES = ("1 0 0", "0 1 0", "0 0 1") * 2
@@ -175,7 +176,7 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
 
 
 def hand_robot(hand: HandModel) -> tuple[ElementTree.Element, str]:
-    """Return the hand's URDF with absolute paths of its mesh files, and its root link's name.
+    """Return the hand's URDF for PyBullet: absolute paths of meshes, possible inertias; and its root link.
 
     Raises:
         HandError: A mesh file of the URDF cannot be found.
@@ -183,6 +184,7 @@ def hand_robot(hand: HandModel) -> tuple[ElementTree.Element, str]:
     robot = ElementTree.parse(hand.urdf_path).getroot()
     for mesh in robot.iter("mesh"):
         mesh.set("filename", str(_mesh_path(hand, mesh.get("filename", ""))))
+    mend_inertias(robot)
     children = {
         _attribute(joint, "child") for joint in robot.iter("joint") if joint.find("child") is not None
     }
