@@ -57,9 +57,10 @@ def _task(
     phases = carrying(palms[-1], object_position, p, tilt_direction)
     if p.until == "shakes":
         phases += shakes(phases[-1][1](1.0), p)
-    for _, motion, time_s in phases:
+    for name, motion, time_s in phases:
         start = times[-1]
-        for share in (np.arange(_KEY_POSES) + 1.0) / _KEY_POSES:
+        count = 4 * _KEY_POSES if name.startswith("shake") else _KEY_POSES
+        for share in (np.arange(count) + 1.0) / count:
             poses.append(motion(float(share)))
             times.append(start + float(share) * time_s)
     return np.stack(poses), times

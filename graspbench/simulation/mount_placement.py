@@ -90,7 +90,7 @@ def place_arm(
     if best is None:
         raise SimulationError(
             "the arm can follow the hand's motion from no place beside the object",
-            remedy="choose execution.mount=floating, or a smaller execution.rotation_deg or lift_height_m",
+            remedy="choose execution.mount=floating, or less lift, rotation or shaking, or more time",
         )
     return best
 
