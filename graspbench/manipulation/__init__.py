@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
     from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
     from graspbench.manipulation.loop import ClikHistory, simulate
-    from graspbench.manipulation.manipulate import ContactParameters, ManipulationResult, manipulate_object
+    from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
+    from graspbench.manipulation.manipulation_result import ManipulationResult
     from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
     from graspbench.manipulation.task import TASKS, Task, TaskValue, build_tasks
     from graspbench.manipulation.tree import KinematicTree, planar_tree, tree_from_pinocchio
@@ -41,7 +42,7 @@ _HOMES = {
     "ForceParameters": "forces",
     "GraspClass": "classification",
     "KinematicTree": "tree",
-    "ManipulationResult": "manipulate",
+    "ManipulationResult": "manipulation_result",
     "ManipulationSystem": "contact_kinematics",
     "MotionParameters": "motion",
     "PriorityChange": "clik",

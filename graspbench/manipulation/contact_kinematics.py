@@ -10,6 +10,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation.charts import Chart
 from graspbench.manipulation.law_kernels import update_state
+from graspbench.manipulation.packing import finger_groups, joint_turns
 from graspbench.manipulation.rotations import EULER_GUARD, euler_angles
 from graspbench.manipulation.state_arrays import (
     SystemArrays,
@@ -92,9 +93,9 @@ class ManipulationSystem:
         parameters = np.zeros((self.n_contacts, max(c.chart.parameters.size for c in contacts)))
         for i, contact in enumerate(contacts):
             parameters[i, : contact.chart.parameters.size] = contact.chart.parameters
-        groups = _groups(tree.paths(), xi, theta, self.rows, self.n_variables)
+        groups = finger_groups(tree.paths(), xi, theta, self.rows, self.n_variables)
         packed = SystemArrays(
-            _turns(tree),
+            joint_turns(tree),
             tree.placement_translations,
             tree.axes,
             tree.tip_rotations,
@@ -283,46 +284,3 @@ def _columns(contacts: Sequence[Contact], n_joints: int, planar: bool) -> tuple[
                 (xi[i] if k < 2 else theta[i])[k if k < 2 else k - 2] = column
                 column += 1
     return xi, theta, column
-
-
-def _turns(tree: KinematicTree) -> FloatArray:
-    """Return matrices A, B, C of each joint with A + cos q B + sin q C its rotation, shape (n_q, 3, 3, 3)."""
-    turns = np.zeros((tree.n_joints, 3, 3, 3))
-    for joint, (place, axis) in enumerate(zip(tree.placement_rotations, tree.axes, strict=True)):
-        x, y, z = axis
-        along = np.outer(axis, axis)
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        turns[joint] = place @ along, place @ (np.eye(3) - along), place @ cross
-    return turns
-
-
-def _groups(
-    paths: IntArray, xi: IntArray, theta: IntArray, rows: int, n_variables: int
-) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Group contacts whose fingers share joints; see `state_arrays.SystemArrays`."""
-    label = np.arange(len(paths))
-    for i, path in enumerate(paths):
-        for k in range(i):
-            if np.any(path & paths[k]):
-                label[label == label[i]] = label[k]
-    group_rows, group_columns = [], []
-    for group in np.unique(label):
-        own = np.flatnonzero(label == group)
-        contact = np.concatenate([xi[own].ravel(), theta[own].ravel()])
-        group_columns.append(
-            np.concatenate([np.flatnonzero(paths[own].any(axis=0)), np.sort(contact[contact >= 0])])
-        )
-        group_rows.append((rows * own[:, None] + np.arange(rows)).ravel())
-    idle = np.setdiff1d(np.arange(n_variables), np.concatenate(group_columns))
-    if idle.size:
-        group_columns.append(idle)
-        group_rows.append(np.zeros(0, dtype=np.int64))
-    if any(len(r) > len(c) for r, c in zip(group_rows, group_columns, strict=True)):
-        # a finger with too few variables of its own: only all fingers together can be factorised
-        group_rows, group_columns = [np.arange(rows * len(paths))], [np.arange(n_variables)]
-    return (*_stacked(group_rows), *_stacked(group_columns))
-
-
-def _stacked(parts: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
-    starts = np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)
-    return np.concatenate(parts).astype(np.int64), starts

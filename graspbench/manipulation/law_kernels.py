@@ -9,7 +9,6 @@ from graspbench.compiled import compiled, inner
 from graspbench.manipulation.kernels import evaluate
 from graspbench.manipulation.law_arrays import law_arrays, task_arrays
 from graspbench.manipulation.projection import (
-    add_tasks,
     damping_factor,
     factorise,
     main_velocity,
@@ -19,6 +18,7 @@ from graspbench.manipulation.projection import (
 from graspbench.manipulation.rotations import EULER_GUARD, rotation_error
 from graspbench.manipulation.state_arrays import state_arrays, system_arrays
 from graspbench.manipulation.task_kernels import evaluate_tasks
+from graspbench.manipulation.task_projection import add_tasks
 
 FROM_STATE, FROM_TASKS, FROM_VELOCITY = range(3)
 

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.manipulation.manipulate import ManipulationResult
+from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.report.style import INK, canvas, save
 
 # Colour-blind safe, and of different lightness.
