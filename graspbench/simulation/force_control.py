@@ -37,6 +37,7 @@ class ForceControl:
         self._weight_n = body.mass_kg * self._gravity
         carrying = self._weight_n / (p.friction * len(fingers))
         self.mean_force_n = float(max(p.grip_force_n, p.grip_safety * carrying))
+        self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
         self._felt = list(touches)
@@ -86,7 +87,7 @@ class ForceControl:
         torques = self._own_weight + grip * self._pressing + load * self._carrying
         away = self.rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
-        stage.hand.drive_compliantly(torques, springs, self._return_rate * away)
+        stage.hand.drive_compliantly(torques, springs, self._return_rate * away, self._joints)
 
     def _renew_torques(self, q: FloatArray, palm: FloatArray) -> None:
         """Compute what depends on the posture, which hardly changes within `_RENEW_S`."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pybullet
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.execution import ExecutionParameters
@@ -96,8 +96,13 @@ class SimulatedHand:
             physicsClientId=self._client,
         )
 
-    def drive_compliantly(self, torques: FloatArray, springs: FloatArray, velocities: FloatArray) -> None:
+    def drive_compliantly(
+        self, torques: FloatArray, springs: FloatArray, velocities: FloatArray, joints: IntArray
+    ) -> None:
         """Apply torques, and springs and dampers that no time step makes unstable, for the next step.
+
+        Joints that are not named stay with the motors that held them: a light finger that touches nothing
+        is not stable under torques alone.
 
         The springs are servos for the velocity at which spring and damper balance, limited to the torque of
         both. They give exactly this torque to a joint that is held, and cannot overshoot in a joint that is
@@ -107,21 +112,23 @@ class SimulatedHand:
             torques: Applied in any case, shape (n_q,), N m.
             springs: Torques of springs and dampers in the present state, shape (n_q,), N m.
             velocities: At which they would vanish, shape (n_q,), rad/s.
+            joints: The joints to drive, shape (k,).
         """
-        limits = self.hand.effort_limits
-        applied = np.minimum(np.maximum(torques, -limits), limits)
-        left = np.minimum(np.abs(springs), limits - np.abs(applied))
+        limits = self.hand.effort_limits[joints]
+        applied = np.minimum(np.maximum(torques[joints], -limits), limits)
+        left = np.minimum(np.abs(springs[joints]), limits - np.abs(applied))
+        ids = [self._joint_ids[i] for i in joints]
         pybullet.setJointMotorControlArray(
             self.body,
-            self._joint_ids,
+            ids,
             pybullet.VELOCITY_CONTROL,
-            targetVelocities=velocities.tolist(),
+            targetVelocities=velocities[joints].tolist(),
             forces=left.tolist(),
             physicsClientId=self._client,
         )
         pybullet.setJointMotorControlArray(
             self.body,
-            self._joint_ids,
+            ids,
             pybullet.TORQUE_CONTROL,
             forces=applied.tolist(),
             physicsClientId=self._client,

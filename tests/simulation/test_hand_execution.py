@@ -159,7 +159,7 @@ def test_a_held_joint_feels_the_whole_spring(hand, time_step_s):
             for _ in range(round(0.02 / time_step_s)):
                 torques = np.zeros(n)
                 torques[1] = -away
-                stage.hand.drive_compliantly(torques, np.full(n, springs), np.zeros(n))
+                stage.hand.drive_compliantly(torques, np.full(n, springs), np.zeros(n), np.arange(n))
                 stage.step()
             turned = abs(stage.hand.state()[0][1] - before[1])
             assert turned > 1e-2 if moves else turned < 1e-3
