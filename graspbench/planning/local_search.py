@@ -147,7 +147,9 @@ class LocalSearch:
         tracks_before = len(self.tracks)
         tried_before, enough = self.tried, len(found) + self._planner.candidates
         seen: set[tuple[int, ...]] = set()
-        for rank in self._ranked(surface, [optimum.vertices for optimum in optima]):
+        for rank, promise in self._ranked(surface, [optimum.vertices for optimum in optima]):
+            if found and max(candidate.merit for candidate in found) >= promise:
+                break  # what is left promises less than what the hand can hold already
             most = TRIES_ONCE_FOUND if found else MOST_TRIES
             if len(found) == enough or len(self.tracks) - tracks_before >= most:
                 break
@@ -159,15 +161,16 @@ class LocalSearch:
                     self._try(surface, optimum.initial, list(optimum.path), found)
         self.tried = tried_before + len(starts)
 
-    def _ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[int]:
-        """Yield local optima from the best on; those that are not force closure are noted and left out."""
+    def _ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[tuple[int, float]]:
+        """Yield local optima and their merit, the best first; what is not force closure is left out."""
         if self._planner.select != "quality":
             scores = [self._index.score(surface, vertices) for vertices in optima]
-            yield from np.argsort([-score for score in scores], kind="stable").tolist()
+            order = np.argsort([-score for score in scores], kind="stable")
+            yield from ((int(rank), scores[rank]) for rank in order)
             return
         for rank, merit in best_first(surface, optima, self._quality, self._torque_length(surface)):
             if merit > 0.0:
-                yield rank
+                yield rank, merit
             else:
                 self.tried += 1
                 self.rejected[NOT_CLOSED] += 1
