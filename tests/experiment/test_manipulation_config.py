@@ -18,8 +18,8 @@ def test_defaults_are_a_trial_and_three_sections():
     assert config.motion.name == "screw"
     assert config.contact.kind == "rolling"
     assert set(config.clik.tasks) == {"joint_limit", "manipulability", "joint_centring"}
-    assert config.hand.margins.joint == 0.1
-    plain = load_config(["hand.margins.joint=0.1"])
+    assert config.hand.margins.joint == 0.15
+    plain = load_config(["hand.margins.joint=0.15", "hand.margins.singular_value_m=0.02", "execution=off"])
     assert {key: config.tree[key] for key in plain.tree} == plain.tree
 
 
