@@ -22,7 +22,17 @@ _UNITS = {
     "_kg": "kg",
     "_rad": "rad",
 }
-_SMALLER_IS_BETTER = ("time", "error", "slip", "drift", "turn", "displacement", "mesh_", "seconds", "iterations")
+_SMALLER_IS_BETTER = (
+    "time",
+    "error",
+    "slip",
+    "drift",
+    "turn",
+    "displacement",
+    "mesh_",
+    "seconds",
+    "iterations",
+)
 
 
 def group_table(
