@@ -81,3 +81,17 @@ def test_unreachable_nodes_are_never_chosen():
 def test_needs_a_weight():
     with pytest.raises(ConfigurationError, match="all weights"):
         QualityAscent(QualityAscentParameters(weight_q3=0.0), 3)
+
+
+def test_of_two_grasps_off_the_centroid_the_nearer_one_is_preferred():
+    """A weight near zero leaves only what being away costs."""
+    weights = {"weight_q1": 1e-9, "weight_q2": 0.0, "weight_q3": 0.0}
+    index = QualityAscent(QualityAscentParameters(**weights, centre_tolerance_m=1e-6), 3)
+    moved = START.copy()
+    moved[0] = START[1]
+    moved[1] = SURFACE.network.contour(int(START[1]))[0]
+    offsets = [np.linalg.norm(SURFACE.points[v].mean(axis=0) - SURFACE.centroid) for v in (START, moved)]
+    assert offsets[0] < offsets[1]
+    closed = [1e3 * (measure(v).q3 <= 0.0) for v in (START, moved)]
+    near, far = (index.score(SURFACE, v) + c for v, c in zip((START, moved), closed, strict=True))
+    assert far < near < 0.0
