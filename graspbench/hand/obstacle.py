@@ -24,9 +24,9 @@ class Obstacle(NamedTuple):
     starts: IntArray
 
 
-def make_obstacle(points: FloatArray | None) -> Obstacle:
-    """Arrange points of a surface, shape (m, 3), in blocks; None and no points are no obstacle."""
-    if points is None or len(points) == 0:
+def make_obstacle(points: FloatArray) -> Obstacle:
+    """Arrange points of a surface, shape (m, 3), in blocks."""
+    if len(points) == 0:
         return Obstacle(np.zeros((0, 3)), np.zeros((0, 4)), np.zeros(1, dtype=np.int64))
     order, starts = near_together(points, BLOCK_POINTS)
     ordered = np.ascontiguousarray(points[order])

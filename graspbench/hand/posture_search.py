@@ -122,7 +122,7 @@ class PostureSearch:
             joints = self._rest.copy()
             joints[chosen] = preferred[chosen]
             tried.append(
-                self._attempt(task, surroundings, chosen, np.ascontiguousarray(pose), joints, COLD_STEPS)
+                self._attempt(task, surroundings, chosen, np.ascontiguousarray(pose), joints, cold=True)
             )
             feasible = [attempt.comfort for attempt in tried if attempt.failed == 0]
             if len(feasible) == ENOUGH or max(feasible, default=0.0) >= GOOD_ENOUGH:
@@ -137,7 +137,7 @@ class PostureSearch:
             return None
         pose, fingers = np.array(start.transform_palm_to_world[:3]), np.array(start.fingers)
         joints = self._hand.by_finger(start.joints)
-        attempt = self._attempt(task, surroundings, fingers, pose, joints, WARM_STEPS)
+        attempt = self._attempt(task, surroundings, fingers, pose, joints, cold=False)
         return attempt if attempt.failed == 0 else None
 
     def _choices(self, m: int) -> IntArray:
@@ -157,7 +157,8 @@ class PostureSearch:
         fingers: IntArray,
         pose: FloatArray,
         joints: FloatArray,
-        steps: int,
+        *,
+        cold: bool,
     ) -> Attempt:
         """Improve one start, pose and joints in place, and judge where it ends."""
         hand, system = self._hand, self._system
@@ -165,13 +166,14 @@ class PostureSearch:
         chains = self._within_margins(fingers)
         contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
         contact_of[fingers] = np.arange(len(fingers))
-        if steps == COLD_STEPS:
+        if cold:
             # Reach first: collisions of a posture that is far off say nothing.
             cost = improve(chains, hand.shapes, guide, contact_of, pose, joints, system, False, REACH_STEPS)
             if cost > HOPELESS_COST:
                 error = float(np.sqrt(cost)) * 1e-3
                 posture = self._posture(pose, joints, fingers, np.array([error, 0.0, 0.0]), np.zeros(3))
                 return Attempt(TIPS, -error, cost, posture)
+        steps = COLD_STEPS if cold else WARM_STEPS
         cost = improve(chains, hand.shapes, guide, contact_of, pose, joints, system, True, steps)
         quantities = self._settle(task, fingers, pose, joints)
         clearances = np.zeros(3)

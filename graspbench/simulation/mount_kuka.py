@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
@@ -142,7 +141,7 @@ def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
     whole.extend(part for part in robot if part.tag in ("link", "joint"))
     hand_tree, root = hand_robot(hand)
     whole.append(_fixed("hand_on_arm", WRIST_LINK, root, transform_root_to_wrist))
-    whole.extend(copy.deepcopy(part) for part in hand_tree)
+    whole.extend(hand_tree)
     return ElementTree.tostring(whole, encoding="unicode")
 
 

@@ -1,6 +1,5 @@
 """What carries the hand about: here a wrist of six joints that floats in the world."""
 
-import copy
 import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
@@ -171,7 +170,7 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
     rpy = Rotation.from_matrix(rotation_root_to_wrist).as_euler("xyz")
     ElementTree.SubElement(fixed, "origin", xyz="0 0 0", rpy=" ".join(f"{angle:.15g}" for angle in rpy))
     mount.append(fixed)
-    mount.extend(copy.deepcopy(part) for part in robot)
+    mount.extend(robot)
     return ElementTree.tostring(mount, encoding="unicode")
 
 
