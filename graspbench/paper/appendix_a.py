@@ -13,7 +13,8 @@ from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.mirtich_canny_optimum import OuterTriangleOptimum, largest_outer_triangle
 from graspbench.planning.without_hand import FreePlan, plan_without_hand
 from graspbench.reconstruction import Surface
-from graspbench.results.store import SCHEMA_VERSION, to_json, write_atomically
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, write_atomically
 from graspbench.trial.planned import reconstructed
 
 _DEFAULTS = ("index=mirtich_canny", "hand.fingers=3")

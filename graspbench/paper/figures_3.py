@@ -11,7 +11,8 @@ from graspbench.paper.paper_result import PaperResult, Say, published
 from graspbench.planning import fingertip_paths, grip_geometry
 from graspbench.planning.barrier import BarrierValues, KinematicBarrier, barrier_force
 from graspbench.planning.indices.force_field import FieldForces, ForceFieldParameters, field_forces
-from graspbench.results.store import SCHEMA_VERSION, to_json, write_atomically
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, write_atomically
 from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial, planned_trial
 

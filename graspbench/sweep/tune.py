@@ -13,7 +13,8 @@ from hydra.core.override_parser.types import IntervalSweep, Override
 from hydra.errors import HydraException
 
 from graspbench.errors import ConfigurationError
-from graspbench.results.store import ResultStore, results_frame
+from graspbench.results.columns import results_frame
+from graspbench.results.store import ResultStore
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ def _score(
     results = [found for trial in trials if (found := store.result(trial.config.trial_id))]
     frame = results_frame(results)
     if options.measure not in frame:
-        if all(result["status"] == "done" for result in results) and results:
+        if all(result.status == "done" for result in results) and results:
             raise ConfigurationError(
                 f"the trials have no column '{options.measure}'", remedy="choose one of trials.csv"
             )

@@ -10,14 +10,9 @@ import pandas as pd
 import pytest
 
 from graspbench.errors import LogError
-from graspbench.results.store import (
-    ResultStore,
-    load_results,
-    read_result,
-    results_frame,
-    to_json,
-    write_atomically,
-)
+from graspbench.results.columns import results_frame
+from graspbench.results.plain import to_json
+from graspbench.results.store import ResultStore, load_results, read_result, write_atomically
 
 
 def _result(trial_id, **more):
@@ -71,7 +66,8 @@ def test_a_killed_writer_loses_no_finished_trial(tmp_path, point):
     script = textwrap.dedent(
         f"""
         import os, pathlib, signal
-        from graspbench.results.store import ResultStore, to_json
+        from graspbench.results.plain import to_json
+        from graspbench.results.store import ResultStore
         rename = pathlib.Path.rename
         calls = []
         def killing(self, target):
