@@ -283,9 +283,8 @@ def _compose_groups(
 ) -> tuple[Tree, dict[str, str]]:
     """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
     plugins = {group: option for group, option in choices if _is_plugin(group, option, config_dir)}
-    overrides = [
-        f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices if group not in plugins
-    ]
+    named = [(_IN_HYDRA.get(group, group), option) for group, option in choices if group not in plugins]
+    overrides = [f"{group}={option}" for group, option in named]
     if config_dir is not None:
         overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
     GlobalHydra.instance().clear()
@@ -293,9 +292,8 @@ def _compose_groups(
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
             found = compose(primary, overrides=overrides, return_hydra_config=True)
             chosen = _choices(found.hydra.runtime.choices)
-            composed = OmegaConf.to_container(
-                OmegaConf.masked_copy(found, [k for k in found if k != "hydra"])
-            )
+            sections: Any = [key for key in found if key != "hydra"]
+            composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigurationError(
             f"the configuration cannot be composed ({_first_line(error)})",
