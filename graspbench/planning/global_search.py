@@ -5,16 +5,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import IntArray
 from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
-from graspbench.hand.posture import HandPosture
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.search.climb import climb, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
@@ -23,22 +23,6 @@ from graspbench.reconstruction.surface import Surface
 
 GLOBAL_MEASURES = ("q1", "q2", "q3", "mirtich_canny")
 """Measures that can be searched for."""
-
-
-class GraspConstraint(Protocol):
-    """What the search asks of a hand; normals point out of the object."""
-
-    pair_limit_m: float
-
-    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        """Tell which single contacts can be part of any grasp, shape (n,)."""
-        ...
-
-    def place(
-        self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
-    ) -> HandPosture | None:
-        """Return a posture that holds the contacts, or None."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from pydantic import Field
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ConfigurationError
 from graspbench.planning.field import field, mean_radius, potential
-from graspbench.planning.field_moves import climb, propose
+from graspbench.planning.field_moves import climb_field, propose_moves
 from graspbench.planning.index import INDICES, Moves
 from graspbench.reconstruction.surface import Surface
 
@@ -163,7 +163,7 @@ class ForceField:
     def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
         """Return the next vertices, or None when no allowed move lowers the potential."""
         proposed = vertices.copy()
-        changed = propose(
+        changed = propose_moves(
             surface.points,
             surface.normals,
             surface.centroid,
@@ -196,7 +196,7 @@ class ForceField:
         path = np.empty((max_moves + 1, len(vertices)), dtype=np.int64)
         path[0] = vertices
         network = surface.network
-        moves = climb(
+        moves = climb_field(
             surface.points,
             surface.normals,
             surface.centroid,
