@@ -13,6 +13,7 @@ from graspbench.experiment.store import SCHEMA_VERSION, ResultStore, to_json, wr
 from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
 from graspbench.grasp import Grasp
 from graspbench.hand import GraspChecker, load_hand
+from graspbench.planning import centre_gain, centre_option
 from graspbench.reconstruction import Surface
 
 OBJECTS = {"bottle": 4, "teddy": 3, "cylinder": 3, "easter_egg": 3, "glass": 3, "duck": 3}
@@ -67,9 +68,9 @@ def _cells(overrides: Sequence[str], config_dir: Path | None) -> list[list[str]]
     """Return the grid's overrides: the thesis' objects or the one asked for; both k_cm unless one is."""
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
-    field = hasattr(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index, "k_cm")
-    asked = any(override.startswith("index.k_cm") for override in overrides)
-    gains = ["index.k_cm=1,0"] if field and not asked else []
+    option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
+    asked = any(override.startswith(f"index.{option}") for override in overrides)
+    gains = [f"index.{option}=1,0"] if option and not asked else []
     return [[*_DEFAULTS, *chosen, *gains, *overrides] for chosen in objects]
 
 
@@ -111,7 +112,7 @@ def _settings(config: TrialConfig) -> str:
 
 
 def _case(config: TrialConfig) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{config.object.name}, {config.index_name if gain is None else f'k_cm = {gain:g}'}"
 
 

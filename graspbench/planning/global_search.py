@@ -15,6 +15,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.planning.constraint import GraspConstraint
+from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.planning.search.climb import climb, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
@@ -47,12 +48,8 @@ class SearchParameters:
         float,
         Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
     ] = 0.01
-    phi_cei_deg: Annotated[
-        float, Field(gt=0, le=90, description="mirtich_canny: largest coplanarity error, deg")
-    ] = 15.0
-    phi_eegi_deg: Annotated[
-        float, Field(gt=0, le=20, description="mirtich_canny: largest equilateral error, deg")
-    ] = 10.0
+    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
+    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
 
 
 @dataclass(frozen=True)

@@ -149,6 +149,7 @@ class ForceField:
     """
 
     parameters: ClassVar[type[ForceFieldParameters]] = ForceFieldParameters
+    centre_option: ClassVar[str] = "k_cm"
 
     def __init__(
         self, parameters: ForceFieldParameters, n_f: int, quality: "QualityParameters | None" = None
@@ -217,16 +218,6 @@ class ForceField:
             surface.centroid,
             mean_radius(surface.points, surface.centroid),
             self._parameters,
-        )
-
-    def forces(self, surface: Surface, vertices: IntArray, moves: Moves | None = None) -> FieldForces:
-        """Return the forces on the contacts at ``vertices``, term by term."""
-        return field_forces(
-            surface.points[vertices],
-            surface.normals[vertices],
-            surface.centroid,
-            self._parameters,
-            None if moves is None else moves.barrier_force,
         )
 
 
