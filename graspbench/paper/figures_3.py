@@ -8,7 +8,7 @@ from typing import Any
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
 from graspbench.paper.paper_result import PaperResult, Say, published
-from graspbench.planning import fingertip_paths, grip_geometry
+from graspbench.planning import centre_gain, centre_option, fingertip_paths, grip_geometry
 from graspbench.planning.barrier import BarrierValues, KinematicBarrier, barrier_force
 from graspbench.planning.indices.force_field import FieldForces, ForceFieldParameters, field_forces
 from graspbench.results.plain import to_json
@@ -75,9 +75,9 @@ def _configs(overrides: Sequence[str], config_dir: Path | None) -> list[TrialCon
     """Return the trials: the thesis' objects or the one asked for; both k_cm unless one is asked for."""
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
-    field = hasattr(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index, "k_cm")
-    asked = any(override.startswith("index.k_cm") for override in overrides)
-    gains: list[list[str]] = [["index.k_cm=1"], ["index.k_cm=0"]] if field and not asked else [[]]
+    option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
+    asked = any(override.startswith(f"index.{option}") for override in overrides)
+    gains: list[list[str]] = [[f"index.{option}=1"], [f"index.{option}=0"]] if option and not asked else [[]]
     return [
         load_config([*_DEFAULTS, *chosen, *gain, *overrides], config_dir)
         for chosen in objects
@@ -86,7 +86,7 @@ def _configs(overrides: Sequence[str], config_dir: Path | None) -> list[TrialCon
 
 
 def _case(config: TrialConfig) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{config.object.name}, {config.index_name if gain is None else f'k_cm = {gain:g}'}"
 
 
@@ -97,7 +97,7 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
     return {
         "object": trial.name,
         "fingers": config.hand.fingers,
-        "k_cm": getattr(config.index, "k_cm", None),
+        "k_cm": centre_gain(config.index_name, config.index),
         "equilateral_error_deg": shape.equilateral_error_deg,
         "plane_offset_mm": 1e3 * shape.plane_offset_m,
         "flatness_mm": 1e3 * shape.flatness_m,
@@ -142,7 +142,7 @@ def _draw_forces(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], 
 
 
 def _ending(config: TrialConfig, trial: PlannedTrial) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{trial.name}.png" if gain is None else f"{trial.name}_k_cm_{gain:g}.png"
 
 

@@ -10,6 +10,7 @@ from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.grasp import Grasp
 from graspbench.hand import GraspChecker, load_hand
 from graspbench.paper.paper_result import PaperResult, Say, published
+from graspbench.planning import centre_gain, centre_option
 from graspbench.reconstruction import Surface
 from graspbench.results.grasp_results import GraspResult
 from graspbench.results.plain import to_json
@@ -70,9 +71,9 @@ def _cells(overrides: Sequence[str], config_dir: Path | None) -> list[list[str]]
     """Return the grid's overrides: the thesis' objects or the one asked for; both k_cm unless one is."""
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
-    field = hasattr(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index, "k_cm")
-    asked = any(override.startswith("index.k_cm") for override in overrides)
-    gains = ["index.k_cm=1,0"] if field and not asked else []
+    option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
+    asked = any(override.startswith(f"index.{option}") for override in overrides)
+    gains = [f"index.{option}=1,0"] if option and not asked else []
     return [[*_DEFAULTS, *chosen, *gains, *overrides] for chosen in objects]
 
 
@@ -114,7 +115,7 @@ def _settings(config: TrialConfig) -> str:
 
 
 def _case(config: TrialConfig) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{config.object.name}, {config.index_name if gain is None else f'k_cm = {gain:g}'}"
 
 

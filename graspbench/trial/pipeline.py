@@ -13,6 +13,7 @@ from graspbench.planning import (
     GlobalResult,
     JointPath,
     RefinedGrasp,
+    centre_gain,
     fingertip_paths,
     plan_global,
     refine,
@@ -123,7 +124,7 @@ def _centre_tolerance(config: TrialConfig, trial: PlannedTrial) -> float | None:
 
     The search gets at least the freedom that the local grasp took, or the two could not be compared.
     """
-    if not getattr(config.index, "k_cm", 0.0) > 0:
+    if not centre_gain(config.index_name, config.index):
         return None
     grasp = trial.plan.grasp
     taken = float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid))
