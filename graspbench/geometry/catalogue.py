@@ -22,6 +22,7 @@ from graspbench.geometry.frames import Axis, rotation_to_z
 from graspbench.geometry.inspection import inspect
 from graspbench.geometry.mesh import make_mesh, mass_properties, moved
 from graspbench.geometry.model import ObjectModel
+from graspbench.geometry.naming import mesh_name
 from graspbench.geometry.shapes import make_shape
 from graspbench.geometry.shapes.registry import describe_first
 
@@ -101,6 +102,9 @@ class CatalogueEntry:
         1.0,
     )
 
+
+_NAMES_OF_NOTHING = (ObjectParameters.name, *FILE_CHOICES)
+"""Names that a configuration has without anybody having chosen them for a mesh file."""
 
 _USER_ENTRY = CatalogueEntry(
     name="mesh", description="A mesh file", shape={}, licence="as its owner says", source="user's file"
@@ -184,9 +188,9 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
 def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
     if parameters.mesh is not None:
         path = Path(parameters.mesh).expanduser()
-        given = parameters.name not in (*list_objects(), *FILE_CHOICES)
         body = load_body(path, parameters.scale, parameters.repair)
-        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else path.stem, body
+        given = parameters.name not in _NAMES_OF_NOTHING
+        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else mesh_name(path), body
     if parameters.folder is not None:
         item = pick_from_folder(Path(parameters.folder).expanduser(), parameters.id)
         # Scans are never clean: what the YCB set distributes is meant to be repaired.

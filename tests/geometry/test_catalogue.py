@@ -111,7 +111,8 @@ def test_an_axis_that_points_up_turns_mesh_and_parts(up, tall):
 
 
 def test_a_mesh_replaces_the_shape_and_lends_its_name(tmp_path):
-    path = tmp_path / "brick.stl"
+    path = tmp_path / "parts" / "brick.stl"
+    path.parent.mkdir()
     trimesh.creation.box((40, 50, 60)).export(path)
     model = load_object(ObjectParameters(name="teddy", mesh=str(path), scale=0.001))
     assert model.name == "brick"
