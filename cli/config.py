@@ -18,7 +18,7 @@ def config(
 ) -> None:
     """Print the configuration that a trial with these overrides would have."""
     if reference:
-        from graspbench.experiment.reference import configuration_reference
+        from graspbench.config.reference import configuration_reference
 
         print(configuration_reference(), end="")
         return

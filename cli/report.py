@@ -72,10 +72,10 @@ def _report(
     target: Path,
 ) -> tuple[str, list[Path]]:
     from graspbench.experiment import load_results, results_frame
-    from graspbench.experiment.store import parquet_bytes, write_atomically
     from graspbench.report import comparison_table, write_table
     from graspbench.report.groups import correlation_table, frame_markdown, group_table
     from graspbench.report.tables import table_markdown
+    from graspbench.results.store import parquet_bytes, write_atomically
 
     frame = results_frame(load_results(folders))
     group, stat, value = grouping
@@ -125,8 +125,8 @@ def _compare(
 def _write_frame(
     table: "pd.DataFrame", title: str, name: str, formats: list[str], target: Path
 ) -> list[Path]:
-    from graspbench.experiment.store import write_atomically
     from graspbench.report.groups import frame_latex, frame_markdown
+    from graspbench.results.store import write_atomically
 
     paths = []
     for chosen in formats:

@@ -38,7 +38,7 @@ def tune(
     from graspbench.cli.printing import err, out, print_json, print_rows
     from graspbench.cli.progress import interruptible
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, split_engine
-    from graspbench.experiment.tune import TuneOptions, run_tuning, split_axes
+    from graspbench.sweep.tune import TuneOptions, run_tuning, split_axes
 
     ours, rest = split_engine(overrides or [])
     engine = load_engine(ours, config_dir, jobs)

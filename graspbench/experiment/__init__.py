@@ -7,9 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graspbench.experiment.catalogue import describe_hands, describe_objects
-    from graspbench.experiment.compose import compose_tree, expand_sweep, group_options
-    from graspbench.experiment.config import (
+    from graspbench.config.compose import compose_tree, expand_sweep, group_options
+    from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
         config_from_tree,
@@ -17,43 +16,44 @@ if TYPE_CHECKING:
         load_manipulation_config,
         manipulation_config_from_tree,
     )
-    from graspbench.experiment.engine import EngineParameters, load_engine, split_engine
-    from graspbench.experiment.manipulation import manipulate_and_store
+    from graspbench.experiment.catalogue import describe_hands, describe_objects
     from graspbench.experiment.objects import check_object, repair_object, show_object
-    from graspbench.experiment.runner import run_and_store
-    from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
-    from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
-    from graspbench.experiment.trial import run_trial
+    from graspbench.results.store import ResultStore, load_results, results_frame, to_json
+    from graspbench.sweep.engine import EngineParameters, load_engine, split_engine
+    from graspbench.sweep.grid import PlannedTrial, SweepOptions, plan_sweep, run_sweep
+    from graspbench.trial.in_hand import manipulate_and_store
+    from graspbench.trial.pipeline import run_trial
+    from graspbench.trial.runner import run_and_store
 
 _HOMES = {
-    "EngineParameters": "engine",
-    "ManipulationConfig": "config",
-    "PlannedTrial": "sweep",
-    "ResultStore": "store",
-    "SweepOptions": "sweep",
-    "TrialConfig": "config",
-    "check_object": "objects",
-    "compose_tree": "compose",
-    "config_from_tree": "config",
-    "describe_hands": "catalogue",
-    "describe_objects": "catalogue",
-    "expand_sweep": "compose",
-    "group_options": "compose",
-    "load_config": "config",
-    "load_engine": "engine",
-    "load_manipulation_config": "config",
-    "load_results": "store",
-    "manipulate_and_store": "manipulation",
-    "manipulation_config_from_tree": "config",
-    "plan_sweep": "sweep",
-    "repair_object": "objects",
-    "results_frame": "store",
-    "run_and_store": "runner",
-    "run_sweep": "sweep",
-    "run_trial": "trial",
-    "show_object": "objects",
-    "split_engine": "engine",
-    "to_json": "store",
+    "EngineParameters": "sweep.engine",
+    "ManipulationConfig": "config.trial_config",
+    "PlannedTrial": "sweep.grid",
+    "ResultStore": "results.store",
+    "SweepOptions": "sweep.grid",
+    "TrialConfig": "config.trial_config",
+    "check_object": "experiment.objects",
+    "compose_tree": "config.compose",
+    "config_from_tree": "config.trial_config",
+    "describe_hands": "experiment.catalogue",
+    "describe_objects": "experiment.catalogue",
+    "expand_sweep": "config.compose",
+    "group_options": "config.compose",
+    "load_config": "config.trial_config",
+    "load_engine": "sweep.engine",
+    "load_manipulation_config": "config.trial_config",
+    "load_results": "results.store",
+    "manipulate_and_store": "trial.in_hand",
+    "manipulation_config_from_tree": "config.trial_config",
+    "plan_sweep": "sweep.grid",
+    "repair_object": "experiment.objects",
+    "results_frame": "results.store",
+    "run_and_store": "trial.runner",
+    "run_sweep": "sweep.grid",
+    "run_trial": "trial.pipeline",
+    "show_object": "experiment.objects",
+    "split_engine": "sweep.engine",
+    "to_json": "results.store",
 }
 
 __all__ = [
@@ -90,5 +90,5 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        return getattr(import_module(f"graspbench.{_HOMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

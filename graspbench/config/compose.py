@@ -1,0 +1,281 @@
+"""From overrides to one plain configuration tree, by Hydra's grammar and composition.
+
+The typed schema (`graspbench.config.trial_config`) knows every key and its default; the YAML files of
+the groups are named choices over it. Composing the choices of groups is cached, so that a sweep pays
+for it once per combination of groups and only sets values afterwards.
+"""
+
+import copy
+import difflib
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Glob, Override, Transformer
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import graspbench.conf
+from graspbench.config.schema import (
+    MANIPULATION_SECTIONS,
+    TASKS_KEY,
+    Primary,
+    complete_tasks,
+    complete_with_defaults,
+)
+from graspbench.errors import ConfigurationError
+from graspbench.planning.index import INDICES
+
+Tree = dict[str, Any]
+
+CONF_DIR = Path(graspbench.conf.__path__[0])
+
+
+def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
+    """Return the options of every configuration group, plug-ins included.
+
+    Args:
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
+
+    Returns:
+        Options by group; a group inside another is called ``outer/inner``.
+    """
+    options: dict[str, set[str]] = {}
+    for root in filter(None, (CONF_DIR, config_dir)):
+        for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
+            group = path.parent.relative_to(root).as_posix()
+            if group == "engine":  # of a sweep, not of a trial
+                continue
+            if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
+                options.setdefault(group, set()).add(path.stem)
+    options.setdefault("index", set()).update(_plugin_indices())
+    return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
+
+
+def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> list[tuple[str, ...]]:
+    """Expand Hydra's sweep grammar into the grid of single trials.
+
+    Args:
+        overrides: For example ``["object=teddy,bottle", "index.k_cm=0,1", "seed=range(0,3)"]``.
+        config_dir: A user's folder with further groups and options.
+
+    Returns:
+        One tuple of plain overrides a trial; the last override varies fastest.
+
+    Raises:
+        ConfigurationError: An override cannot be parsed, or a glob matches nothing.
+    """
+    axes = [_axis(override, config_dir) for override in _parse(overrides)]
+    return list(itertools.product(*axes))
+
+
+def compose_tree(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Tree:
+    """Compose the configuration of one trial.
+
+    Args:
+        overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
+
+    Returns:
+        The tree, complete with every default, interpolations resolved.
+
+    Raises:
+        ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
+    """
+    groups = group_options(config_dir, primary)
+    choices: dict[str, str] = {}
+    values: list[Override] = []
+    for override in _parse(overrides):
+        text = override.input_line or ""
+        if override.is_sweep_override():
+            raise ConfigurationError(
+                f"'{text}' gives several values where one trial takes one",
+                remedy="use 'graspbench sweep' for a grid, or quote a list as [a,b]",
+            )
+        if override.is_delete():
+            raise ConfigurationError(
+                f"'{text}' deletes a key, which no configuration needs", remedy="leave it out"
+            )
+        value = override.value()
+        if override.key_or_group in groups and isinstance(value, str):
+            choices[override.key_or_group] = value
+        elif override.key_or_group in groups and value is None:
+            raise ConfigurationError(
+                f"'{text}' names no option",
+                remedy=f"choose one of {', '.join(groups[override.key_or_group])}",
+            )
+        else:
+            values.append(override)
+    for group, option in choices.items():
+        _check_option(group, option, groups)
+    composed = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
+    tree = complete_with_defaults(composed, primary)
+    for override in values:
+        _set_value(tree, override, groups)
+    return _resolved(tree)
+
+
+def _resolved(tree: Tree) -> Tree:
+    """Return a tree with its interpolations filled in; most have none, and looking is much faster."""
+    if "${" not in repr(tree):
+        return copy.deepcopy(tree)
+    try:
+        resolved = OmegaConf.to_container(OmegaConf.create(tree), resolve=True)
+    except OmegaConfBaseException as error:
+        raise ConfigurationError(f"an interpolation cannot be resolved ({_first_line(error)})") from error
+    assert isinstance(resolved, dict)
+    return {str(key): value for key, value in resolved.items()}
+
+
+def flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield ``("group.key", value)`` for every leaf of a tree."""
+    for key, value in tree.items():
+        if isinstance(value, Mapping) and value:
+            yield from flatten(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _parse(overrides: Sequence[str]) -> list[Override]:
+    parser = OverridesParser.create()
+    parsed = []
+    for text in overrides:
+        try:
+            parsed.append(parser.parse_override(text))
+        except HydraException as error:
+            raise ConfigurationError(
+                f"the override '{text}' cannot be read ({_first_line(error)})",
+                remedy="write key=value or group=option",
+                override=text,
+            ) from error
+    return parsed
+
+
+def _axis(override: Override, config_dir: Path | None) -> list[str]:
+    key = override.get_key_element()
+    value: Any = override.value()
+    if isinstance(value, Glob):
+        options = group_options(config_dir).get(override.key_or_group, ())
+        names = value.filter(list(options))
+        if not names:
+            raise ConfigurationError(
+                f"'{override.input_line}' matches no option",
+                remedy=f"choose from {', '.join(options) or 'a configuration group'}",
+            )
+        return [f"{key}={name}" for name in names]
+    if not override.is_sweep_override():
+        return [override.input_line or ""]
+    return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
+
+
+def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:
+    if option not in groups[group]:
+        raise ConfigurationError(
+            f"unknown {group} '{option}'",
+            remedy=_suggestion(option, groups[group]),
+            group=group,
+            option=option,
+        )
+
+
+@lru_cache(maxsize=1024)
+def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary) -> Tree:
+    """Let Hydra compose the primary configuration with the chosen options."""
+    plugins = {group: option for group, option in choices if _is_plugin(group, option, config_dir)}
+    overrides = [f"{group}={option}" for group, option in choices if group not in plugins]
+    if config_dir is not None:
+        overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
+            composed = OmegaConf.to_container(compose(primary, overrides=overrides))
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigurationError(
+            f"the configuration cannot be composed ({_first_line(error)})",
+            remedy="look at it with 'graspbench config'",
+        ) from error
+    assert isinstance(composed, dict)
+    tree: Tree = {str(key): value for key, value in composed.items()}
+    for group, option in plugins.items():
+        tree[group] = {"name": option}
+    return tree
+
+
+def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:
+    """Set one value; the key must exist, so that a misspelt one is found at once."""
+    path = override.key_or_group
+    _admit_task(tree, path)
+    *parents, last = path.split(".")
+    node: Any = tree
+    for parent in parents:
+        node = node.get(parent) if isinstance(node, dict) else None
+    if not isinstance(node, dict) or last not in node:
+        known = [key for key, _ in flatten(tree)] + list(groups)
+        raise ConfigurationError(
+            f"unknown option '{path}'", remedy=_suggestion(path, known), override=override.input_line
+        )
+    value = override.value()
+    if isinstance(node[last], dict) and not isinstance(value, dict):
+        raise ConfigurationError(
+            f"'{path}' is a group of options, not a value",
+            remedy=f"set one of {', '.join(f'{path}.{key}' for key in node[last])}",
+        )
+    if isinstance(value, dict) and isinstance(node[last], dict):
+        unknown = sorted(set(value) - set(node[last]))
+        if unknown:
+            raise ConfigurationError(
+                f"unknown option '{path}.{unknown[0]}'", remedy=_suggestion(unknown[0], list(node[last]))
+            )
+        node[last].update(_plain(value))
+    else:
+        node[last] = _plain(value)
+
+
+def _admit_task(tree: Tree, path: str) -> None:
+    """Let an override of a task's option bring the task in, with its defaults."""
+    prefix = f"{TASKS_KEY}."
+    if "clik" in tree and path.startswith(prefix):
+        name = path.removeprefix(prefix).split(".")[0]
+        if name not in tree["clik"]["tasks"]:
+            tree["clik"]["tasks"] |= complete_tasks({name: {}})
+
+
+def _plain(value: Any) -> Any:
+    """Turn Hydra's quoted strings and containers into plain Python values."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return getattr(value, "text", value)
+
+
+def _suggestion(word: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=3, cutoff=0.6)
+    if close:
+        return f"did you mean {' or '.join(close)}?"[:-1]
+    if len(known) <= 40:
+        return f"choose one of {', '.join(known)}"
+    return "'graspbench config' prints every option"
+
+
+def _plugin_indices() -> tuple[str, ...]:
+    return INDICES.names()
+
+
+def _is_plugin(group: str, option: str, config_dir: Path | None) -> bool:
+    roots = [CONF_DIR, *([config_dir] if config_dir else [])]
+    return not any((root / group / f"{option}.yaml").is_file() for root in roots)
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0].rstrip(".") if str(error).strip() else type(error).__name__
