@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ import numpy as np
 import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
+from graspbench.datasets import catalogue_files
 from graspbench.errors import ConfigurationError
 from graspbench.geometry.body import Body
 from graspbench.geometry.decomposition import convex_parts
@@ -113,8 +113,7 @@ _USER_ENTRY = CatalogueEntry(
 
 def list_objects() -> tuple[str, ...]:
     """Return the names of the catalogue, sorted."""
-    folder = files("graspbench.datasets") / "catalogue"
-    return tuple(sorted(item.name[:-5] for item in folder.iterdir() if item.name.endswith(".yaml")))
+    return tuple(catalogue_files())
 
 
 def catalogue_entry(name: str) -> CatalogueEntry:
@@ -123,14 +122,13 @@ def catalogue_entry(name: str) -> CatalogueEntry:
     Raises:
         ConfigurationError: There is none; the message lists those there are.
     """
-    if name not in list_objects():
+    entries = catalogue_files()
+    if name not in entries:
         raise ConfigurationError(
             f"unknown object '{name}'",
-            remedy=f"choose one of {', '.join(list_objects())}, or set object.mesh",
+            remedy=f"choose one of {', '.join(entries)}, or set object.mesh",
         )
-    return _parse_entry(
-        (files("graspbench.datasets") / "catalogue" / f"{name}.yaml").read_text(), f"{name}.yaml"
-    )
+    return _parse_entry(entries[name].read_text(encoding="utf-8"), f"{name}.yaml")
 
 
 def read_entry(path: str | Path) -> CatalogueEntry:

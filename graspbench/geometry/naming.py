@@ -24,7 +24,8 @@ def mesh_name(path: Path) -> str:
     """Return what to call the object in a mesh file.
 
     That is the file's stem, or where every object of a collection has this stem the name of the next folder
-    above that says what the object is (``mug/textured.obj``). Where the folder's neighbours hold a file of the same name too, it is both (``small/cup.stl`` and ``large/cup.stl``).
+    above that says what the object is (``mug/textured.obj``). Where the folder's neighbours hold a file of
+    that name too, it is both (``small/cup.stl`` and ``large/cup.stl``).
     """
     path = path.absolute()
     name = _own_name(path)
