@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override, Transformer
@@ -32,6 +33,7 @@ from graspbench.config.schema import (
     complete_with_defaults,
 )
 from graspbench.errors import ConfigurationError
+from graspbench.geometry import list_objects
 from graspbench.planning.index import INDICES
 
 Tree = dict[str, Any]
@@ -72,7 +74,8 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
                 continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
                 options.setdefault(group, set()).add(path.stem)
-    options.setdefault("index", set()).update(_plugin_indices())
+    for group, names in _options_without_file().items():
+        options.setdefault(group, set()).update(names)
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
 
 
@@ -282,9 +285,8 @@ def _compose_groups(
     choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary
 ) -> tuple[Tree, dict[str, str]]:
     """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
-    plugins = {group: option for group, option in choices if _is_plugin(group, option, config_dir)}
-    named = [(_IN_HYDRA.get(group, group), option) for group, option in choices if group not in plugins]
-    overrides = [f"{group}={option}" for group, option in named]
+    _store_options_without_file(config_dir)
+    overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
         overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
     GlobalHydra.instance().clear()
@@ -300,10 +302,7 @@ def _compose_groups(
             remedy="look at it with 'graspbench config'",
         ) from error
     assert isinstance(composed, dict)
-    tree: Tree = {str(key): value for key, value in composed.items()}
-    for group, option in plugins.items():
-        tree[group] = {"name": option}
-    return tree, chosen | plugins
+    return {str(key): value for key, value in composed.items()}, chosen
 
 
 # An experiment's keys are those of the whole configuration, whatever its file says of a package.
@@ -373,13 +372,21 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return "'graspbench config' prints every option"
 
 
-def _plugin_indices() -> tuple[str, ...]:
-    return INDICES.names()
+def _options_without_file() -> dict[str, tuple[str, ...]]:
+    """Return the options that are nothing but a name: indices (of plug-ins too) and catalogue objects."""
+    return {"index": INDICES.names(), "object": list_objects()}
 
 
-def _is_plugin(group: str, option: str, config_dir: Path | None) -> bool:
-    roots = [CONF_DIR, *([config_dir] if config_dir else [])]
-    return not any((root / group / f"{option}.yaml").is_file() for root in roots)
+def _store_options_without_file(config_dir: Path | None) -> None:
+    """Let Hydra know these options, but for those that have a file: it would take them for its schema."""
+    store = ConfigStore.instance()
+    for group, names in _options_without_file().items():
+        store.repo.pop(group, None)
+        files = [
+            path.stem for root in (CONF_DIR, config_dir) if root for path in (root / group).glob("*.yaml")
+        ]
+        for name in sorted(set(names) - set(files)):
+            store.store(name, {"name": name}, group=group, provider="graspbench")
 
 
 def _first_line(error: Exception) -> str:

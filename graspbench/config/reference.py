@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 
 from graspbench.config.compose import CONF_DIR, group_options
 from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
+from graspbench.geometry import catalogue_entry
 from graspbench.planning.index import INDICES
 from graspbench.sweep.engine import EngineParameters
 
@@ -66,6 +67,8 @@ def _option(section: str, option: str) -> str:
     path = CONF_DIR / section / f"{option}.yaml"
     first = path.read_text(encoding="utf-8").splitlines()[:1] if path.is_file() else []
     comment = first[0].lstrip("# ") if first and first[0].startswith("#") else ""
+    if section == "object" and not path.is_file():
+        comment = f"{catalogue_entry(option).description}."
     return f"- `{section}={option}`" + (f": {comment}" if comment else "")
 
 
