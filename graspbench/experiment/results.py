@@ -9,7 +9,8 @@ import trimesh
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp
+from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp, SearchParameters
+from graspbench.planning.global_search import outer_triangle_m2
 from graspbench.reconstruction import Surface
 from graspbench.simulation.execution import ExecutionResult
 
@@ -26,6 +27,16 @@ def local_result(plan: LocalPlan) -> dict[str, Any]:
         if field.name not in left_out
     }
     return {**_grasp(plan.grasp), **plan.quality._asdict(), **counts}
+
+
+def outer_triangle_result(plan: LocalPlan, search: SearchParameters) -> dict[str, Any]:
+    """Return the local grasp's outer triangle by the criterion that is searched for, if it is.
+
+    It is None when the grasp is not within the criterion's thresholds.
+    """
+    if not search.enabled or "mirtich_canny" not in search.measures:
+        return {}
+    return {"mirtich_canny": outer_triangle_m2(plan.grasp, search)}
 
 
 def verified_result(trial: "PlannedTrial") -> dict[str, Any]:
@@ -73,8 +84,12 @@ def measures_result(grasp: Grasp | None, surface: Surface, quality: QualityParam
 
 
 def ratios(local: Mapping[str, Any], best: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Return local over global for each measure that was searched."""
-    return {measure: local[measure] / found["value"] for measure, found in best.items() if found["value"] > 0}
+    """Return local over global for each measure that was searched and that is known of both grasps."""
+    return {
+        measure: local[measure] / found["value"]
+        for measure, found in best.items()
+        if local[measure] is not None and found["value"] > 0
+    }
 
 
 def object_result(trial: "PlannedTrial") -> dict[str, Any]:

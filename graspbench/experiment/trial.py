@@ -15,6 +15,7 @@ from graspbench.experiment.results import (
     local_result,
     measures_result,
     object_result,
+    outer_triangle_result,
     ratios,
     reconstruction_result,
     refined_result,
@@ -88,7 +89,7 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
     """Search the finished surface for the best grasp by each measure, under the same constraints."""
     if not config.search.enabled:
         return {}
-    found = {}
+    found: dict[str, GlobalResult] = {}
     for measure in config.search.measures:
         with clock.stage(f"global_{measure}"):
             found[measure] = plan_global(
@@ -108,7 +109,7 @@ def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict
     """Climb each measure from the local grasp, under the constraints of the global search."""
     if not config.search.refine:
         return {}
-    found = {}
+    found: dict[str, RefinedGrasp] = {}
     for measure in (measure for measure in config.search.measures if measure != "mirtich_canny"):
         with clock.stage(f"refine_{measure}"):
             found[measure] = refine(
@@ -162,6 +163,7 @@ def _result(
     surface, quality = trial.surfaces[-1], config.quality
     local = {
         **local_result(trial.plan),
+        **outer_triangle_result(trial.plan, config.search),
         **verified_result(trial),
         **measures_result(trial.plan.grasp, surface, quality),
     }
