@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from graspbench.errors import LogError
-
-MEASURES = ("q1", "q2", "q3")
+from graspbench.grasp.quality import THESIS_MEASURES
 
 THESIS_3_1: dict[tuple[int, str], tuple[tuple[float, float], ...]] = {
     (1, "bottle"): ((0.016, 0.016), (0.091, 0.101), (0.438, 0.438)),
@@ -107,7 +106,7 @@ def _row(key: tuple[Any, ...], group: pd.DataFrame) -> Row:
     gain = None if pd.isna(k_cm) else float(k_cm)
     printed = THESIS_3_1.get((round(gain), name)) if gain in (0.0, 1.0) and index == "force_field" else None
     cells = []
-    for i, measure in enumerate(MEASURES):
+    for i, measure in enumerate(THESIS_MEASURES):
         thesis = printed[i][0] / printed[i][1] if printed else np.nan
         local = _mean(done, f"local.{measure}")
         best = _mean(done, f"global.{measure}.value")

@@ -7,11 +7,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
+from graspbench.grasp.quality import THESIS_MEASURES
 from graspbench.planning import grip_geometry
 from graspbench.report.comparison import THESIS_3_1
 from graspbench.report.row_tables import Column, row_tables, rows_latex
 
-MEASURES = ("q1", "q2", "q3")
 REFINED_GOAL = 0.97
 TITLE = "Local against global grasps"
 
@@ -48,7 +48,7 @@ def comparison_rows(result: Result) -> list[dict[str, Any]]:
     """
     if result["status"] != "done":
         return []
-    return [_row(result, measure) for measure in MEASURES if measure in result["global"]]
+    return [_row(result, measure) for measure in THESIS_MEASURES if measure in result["global"]]
 
 
 def contacts(found: Result) -> FloatArray:
@@ -170,7 +170,7 @@ def _row(result: Result, measure: str) -> dict[str, Any]:
 def _thesis_ratio(gain: float | None, name: str, index: str, measure: str) -> float | None:
     if gain not in (0.0, 1.0) or index != "force_field" or (int(gain), name) not in THESIS_3_1:
         return None
-    local, best = THESIS_3_1[int(gain), name][MEASURES.index(measure)]
+    local, best = THESIS_3_1[int(gain), name][THESIS_MEASURES.index(measure)]
     return local / best
 
 

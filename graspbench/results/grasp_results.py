@@ -54,6 +54,14 @@ class LocalResult(GraspResult):
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
     q3: Annotated[Number, About("Largest ball in the grasp wrench space")]
+    mirtich_canny: Annotated[
+        Number | None,
+        About(
+            "Area of the outer triangle, within the criterion's thresholds",
+            unit="m^2",
+            empty="not among search.measures, or the grasp is not within the thresholds",
+        ),
+    ] = None
     score: Annotated[Number, About("What the index thinks of the grasp; the index's own unit")]
     rotations_tried: Annotated[int, About("First grasps that were followed to a local optimum")]
     rejected: Annotated[

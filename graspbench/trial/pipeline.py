@@ -156,7 +156,7 @@ def _result(
     execution: ExecutionResult | None,
 ) -> TrialResult:
     surface, quality = trial.surfaces[-1], config.quality
-    local, optima = local_result(trial, quality), global_results(best, surface, quality)
+    local, optima = local_result(trial, quality, config.search), global_results(best, surface, quality)
     return dataclasses.replace(
         started_result(config),
         success=None if execution is None else execution.success,
