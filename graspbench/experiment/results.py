@@ -11,7 +11,7 @@ from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
 from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp
 from graspbench.reconstruction import Surface
-from graspbench.simulation.execution import ExecutionResult
+from graspbench.simulation.execution_result import ExecutionResult
 
 if TYPE_CHECKING:
     from graspbench.experiment.planned import PlannedTrial

@@ -31,8 +31,8 @@ from graspbench.planning import (
     track,
 )
 from graspbench.record import TrialLog
-from graspbench.simulation.execute import execute
-from graspbench.simulation.execution import ExecutionResult
+from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.grasp_execution import execute_grasp
 
 
 def run_trial(
@@ -149,7 +149,7 @@ def _execute(
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
-        return execute(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+        return execute_grasp(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
 
 
 def _result(

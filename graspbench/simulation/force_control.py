@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.grip import grip_forces
-from graspbench.simulation.hand import Touch
+from graspbench.simulation.internal_forces import internal_forces
+from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
 _RENEW_S = 0.02
@@ -62,7 +62,7 @@ class ForceControl:
         rotation = pose[:3, :3]
         points = (np.stack([touch.point for touch in self._felt]) - pose[:3, 3]) @ rotation
         normals = np.stack([touch.normal for touch in self._felt]) @ rotation
-        self._forces, _ = grip_forces(points, normals, self._stage.parameters.friction, self.mean_force_n)
+        self._forces, _ = internal_forces(points, normals, self._stage.parameters.friction, self.mean_force_n)
         self._sharing = _weight_sharing(points)
         self._age = 0
 

@@ -8,9 +8,10 @@ from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.simulation.approach import Approach
-from graspbench.simulation.execution import ExecutionParameters, Motion, PhaseOutcome
-from graspbench.simulation.lift import Grip
-from graspbench.simulation.palm_motion import carrying
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.execution_result import Motion, PhaseOutcome
+from graspbench.simulation.grip import Grip
+from graspbench.simulation.phases import plan_lift
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
 from graspbench.simulation.world import World
 
@@ -87,7 +88,7 @@ def play_in_hand(
         SimulationError: The simulation diverged.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, approach_path, parameters)
+    stage = Stage(world, hand, approach_path, parameters, plan_lift)
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
     approach.follow(approach_path)
@@ -98,11 +99,8 @@ def play_in_hand(
         return _result(stage, None, [], f"no touch of {names} at the end of the approach")
     grip = Grip(stage, fingers, [approach.touch[f] for f in fingers])
     tracked: list[tuple[float, FloatArray, FloatArray]] = []
-    if grip.squeeze():
-        low = stage.hand.palm_pose()
-        lift = carrying(low, world.object_pose()[:3, 3], parameters)[:2]
-        if all(grip.move(*phase) for phase in lift):
-            tracked = _move_in_hand(stage, grip, path)
+    if grip.squeeze() and all(grip.move(phase) for phase in stage.phases().carrying):
+        tracked = _move_in_hand(stage, grip, path)
     return _result(stage, grip, tracked, grip.reason)
 
 

@@ -11,8 +11,8 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.simulation import ExecutionParameters, SceneParameters, World
 from graspbench.simulation.approach import Approach
-from graspbench.simulation.execute import execute
 from graspbench.simulation.force_control import ForceControl
+from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.slip import SlipMeter
 from graspbench.simulation.stage import Stage
 
@@ -53,7 +53,7 @@ def planned(hand, model):
 def run(hand, model, **changes):
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
-        return execute(world, hand, grasp, path, ExecutionParameters(**changes))
+        return execute_grasp(world, hand, grasp, path, ExecutionParameters(**changes))
 
 
 @pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (1.3, True)])
@@ -208,7 +208,7 @@ def test_a_finger_that_brushes_past_the_object_goes_on(hand):
         transform_palm_to_world=palms,
     )
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
-        result = execute(world, hand, grasp, path, ExecutionParameters(until="contact"))
+        result = execute_grasp(world, hand, grasp, path, ExecutionParameters(until="contact"))
     assert result.success
     assert max(result.contact_error_m) < 1.5e-3
 
@@ -230,7 +230,7 @@ def test_missed_object_is_reported(hand):
     model = cylinder()
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0, x_m=0.3), 0) as world:
-        result = execute(world, hand, grasp, path, ExecutionParameters())
+        result = execute_grasp(world, hand, grasp, path, ExecutionParameters())
     assert not result.success
     assert result.reason == "only 0 of 3 fingers touched the object"
     assert np.isnan(result.contact_time_s).all()

@@ -11,12 +11,11 @@ import pybullet
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
-from graspbench.simulation.execution import ExecutionParameters
-from graspbench.simulation.shapes import pose_of, quaternion_of
+from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.mounts.motors import POSITION_GAIN
+from graspbench.simulation.mounts.mount import Mount
 from graspbench.simulation.world import World
-from graspbench.simulation.wrist import Mount
-
-_POSITION_GAIN = 0.3
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ class SimulatedHand:
             targetPositions=positions.tolist(),
             targetVelocities=velocities.tolist(),
             forces=self.hand.effort_limits.tolist(),
-            positionGains=[_POSITION_GAIN] * n,
+            positionGains=[POSITION_GAIN] * n,
             velocityGains=[1.0] * n,
             physicsClientId=self._client,
         )
