@@ -96,7 +96,13 @@ def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: 
             contact = replace(contact, mass_kg=trial.scene.model.mass_kg)
         with clock.stage("manipulation"):
             moved = manipulate_object(
-                trial.hand, trial.plan.grasp, trial.surfaces[-1], config.motion, config.clik, contact
+                trial.hand,
+                trial.plan.grasp,
+                trial.surfaces[-1],
+                config.motion,
+                config.clik,
+                contact,
+                gravity=config.scene.gravity,
             )
         reason = shortcoming(moved, trial.hand)
         played = None if reason else _play(config, trial, moved, clock)
@@ -148,6 +154,7 @@ def _play(
     if trial.scene is None or config.execution.until == "off":
         return None
     from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+    from graspbench.simulation.tip_friction import tip_friction
 
     planner, posture = config.planner, trial.plan.grasp.posture
     assert posture is not None, "a plan made with a checker has a posture"
@@ -155,8 +162,12 @@ def _play(
         paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
         approach = track(paths, trial.hand, posture, planner.paths)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
     with clock.stage("execution"):
-        return play_in_hand(trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution)
+        return play_in_hand(
+            trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
+        )
 
 
 def _in_hand_result(played: "InHandResult") -> dict[str, Any]:
@@ -176,6 +187,9 @@ def _in_hand_result(played: "InHandResult") -> dict[str, Any]:
     histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
     return {
         "success": played.success,
+        "friction": played.friction,
+        "torsional_friction_m": played.torsional_friction_m,
+        "planned_friction": played.planned_friction,
         "grip_force_n": played.grip_force_n,
         **errors,
         "phases": {phase.name: asdict(phase) for phase in played.phases},

@@ -33,6 +33,7 @@ from graspbench.planning import (
 from graspbench.record import TrialLog
 from graspbench.simulation.execution_result import ExecutionResult
 from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.tip_friction import tip_friction
 
 
 def run_trial(
@@ -149,7 +150,10 @@ def _execute(
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
-        return execute_grasp(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+        friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        return execute_grasp(
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+        )
 
 
 def _result(

@@ -23,12 +23,17 @@ class ExecutionParameters:
     time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
     solver_iterations: Annotated[int, Field(ge=10, description="Constraint solver iterations a step")] = 60
     friction: Annotated[
-        float,
-        Field(gt=0, description="Coulomb friction between fingertips and object; as in quality.friction"),
-    ] = 0.5
+        float | None,
+        Field(gt=0, description="Coulomb friction between fingertips and object; null: quality.friction"),
+    ] = None
     torsional_friction_m: Annotated[
-        float, Field(ge=0, description="Torque about the contact normal per normal force (soft tip), m")
-    ] = 0.002
+        float | None,
+        Field(
+            ge=0,
+            description="Torque about the contact normal per normal force, m; null: as soft fingers were "
+            "planned with, 2 mm where others were planned",
+        ),
+    ] = None
     contact_force_n: Annotated[
         float, Field(gt=0, description="Least normal force that counts as touch, N")
     ] = 0.05

@@ -63,6 +63,9 @@ class ExecutionResult:
         palm_error_max_m: Largest distance of the palm from where it was wanted, at any sample.
         object_displacement_m: How far the object's centre was moved until the end of the closing.
         object_turn_deg: How far it was turned until then.
+        friction: Coulomb coefficient between fingertips and object.
+        torsional_friction_m: Torque about the contact normal per normal force, m.
+        planned_friction: Coulomb coefficient that the grasp was planned with.
         grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
         phases: Outcomes of the phases after the contact.
         pushes_weight: Largest push resisted along +x, -x, +y, -y, +z, -z of the world, multiples of the
@@ -81,6 +84,9 @@ class ExecutionResult:
     palm_error_max_m: float
     object_displacement_m: float
     object_turn_deg: float
+    friction: float
+    torsional_friction_m: float
+    planned_friction: float
     grip_force_n: float
     phases: tuple[PhaseOutcome, ...]
     pushes_weight: tuple[float, ...] | None

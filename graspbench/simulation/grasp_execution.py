@@ -13,13 +13,19 @@ from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 from graspbench.simulation.grip import Grip
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
 _PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]
 
 
 def execute_grasp(
-    world: World, hand: HandModel, grasp: Grasp, path: JointPath, parameters: ExecutionParameters
+    world: World,
+    hand: HandModel,
+    grasp: Grasp,
+    path: JointPath,
+    parameters: ExecutionParameters,
+    friction: TipFriction,
 ) -> ExecutionResult:
     """Execute a planned grasp on the object in the world.
 
@@ -33,12 +39,13 @@ def execute_grasp(
         grasp: The planned grasp; its posture tells which finger goes to which contact.
         path: The planned motion.
         parameters: How to execute.
+        friction: Between fingertips and object.
 
     Raises:
         SimulationError: The simulation diverged.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, path, parameters)
+    stage = Stage(world, hand, path, parameters, friction)
     start = world.object_pose()
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
@@ -67,6 +74,9 @@ def execute_grasp(
         palm_error_max_m=stage.palm_error_max_m,
         object_displacement_m=displacement,
         object_turn_deg=turn_deg(start, reached),
+        friction=friction.coulomb,
+        torsional_friction_m=friction.torsional_m,
+        planned_friction=friction.planned,
         grip_force_n=0.0 if outcome is None else outcome.grip_force_n,
         phases=() if outcome is None else outcome.phases,
         pushes_weight=None if outcome is None else outcome.pushes_weight,

@@ -13,6 +13,7 @@ from graspbench.simulation.execution_result import Motion, PhaseOutcome
 from graspbench.simulation.grip import Grip
 from graspbench.simulation.phases import plan_lift
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
 _SAMPLE_S = 0.02
@@ -42,6 +43,9 @@ class InHandResult:
         success: Whether the object was held to the end.
         reason: Why not, one clause; None on success.
         phases: Outcomes of squeeze, lift, hold and the motion, as far as it came.
+        friction: Coulomb coefficient between fingertips and object.
+        torsional_friction_m: Torque about the contact normal per normal force, m.
+        planned_friction: Coulomb coefficient that the grasp was planned with.
         grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
         times: Since the start of the motion, shape (s,), s; empty if it came to none.
         position_error_m: How far the object's centre is from where the motion wants it, in the palm frame,
@@ -55,6 +59,9 @@ class InHandResult:
     success: bool
     reason: str | None
     phases: tuple[PhaseOutcome, ...]
+    friction: float
+    torsional_friction_m: float
+    planned_friction: float
     grip_force_n: float
     times: FloatArray
     position_error_m: FloatArray
@@ -71,6 +78,7 @@ def play_in_hand(
     approach_path: JointPath,
     path: InHandPath,
     parameters: ExecutionParameters,
+    friction: TipFriction,
 ) -> InHandResult:
     """Grasp and lift the object, then play the joint path under grip force.
 
@@ -83,12 +91,13 @@ def play_in_hand(
         approach_path: The planned motion up to it.
         path: What to do with the object.
         parameters: How to execute.
+        friction: Between fingertips and object.
 
     Raises:
         SimulationError: The simulation diverged.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, approach_path, parameters, plan_lift)
+    stage = Stage(world, hand, approach_path, parameters, friction, plan_lift)
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
     approach.follow(approach_path)
@@ -148,6 +157,9 @@ def _result(
         success=reason is None,
         reason=reason,
         phases=() if grip is None else tuple(grip.phases),
+        friction=stage.friction.coulomb,
+        torsional_friction_m=stage.friction.torsional_m,
+        planned_friction=stage.friction.planned,
         grip_force_n=0.0 if grip is None else grip.control.mean_force_n,
         times=np.array([time for time, _, _ in tracked]),
         position_error_m=np.array([np.linalg.norm(real[:3, 3] - goal[:3, 3]) for _, real, goal in tracked]),

@@ -13,6 +13,7 @@ from graspbench.simulation.execution_result import Motion
 from graspbench.simulation.mounts.choice import make_mount
 from graspbench.simulation.phases import PhasePlan, PhasePlanner, palm_task, plan_phases
 from graspbench.simulation.simulated_hand import SimulatedHand
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
 _SAMPLE_S = 0.02
@@ -47,6 +48,7 @@ class Stage:
         hand: The hand.
         path: The planned motion up to the grasp.
         parameters: How to execute.
+        friction: Between fingertips and object.
         plan: What follows the contact; the mount is placed so that it can do all of it.
 
     Attributes:
@@ -60,9 +62,10 @@ class Stage:
         hand: HandModel,
         path: JointPath,
         parameters: ExecutionParameters,
+        friction: TipFriction,
         plan: PhasePlanner = plan_phases,
     ) -> None:
-        self.world, self.model, self.parameters = world, hand, parameters
+        self.world, self.model, self.parameters, self.friction = world, hand, parameters, friction
         self.time_step_s = parameters.time_step_s
         self.steps = 0
         self.palm_error_max_m = 0.0
@@ -78,7 +81,7 @@ class Stage:
         mount = make_mount(parameters.mount, hand, task)
         self._iterations = max(parameters.solver_iterations, mount.solver_iterations)
         self._set_steps(1, self._iterations)
-        self.hand = SimulatedHand(world, hand, mount, path.joints[0], parameters)
+        self.hand = SimulatedHand(world, hand, mount, path.joints[0], friction)
 
     def phases(self) -> PhasePlan:
         """Plan what follows the contact from where palm and object are now."""

@@ -19,7 +19,9 @@ from graspbench.simulation.mounts.kuka import arm_with_hand
 from graspbench.simulation.mounts.kuka_arm import ArmModel, brackets
 from graspbench.simulation.phases import palm_task, plan_phases
 from graspbench.simulation.simulated_hand import SimulatedHand
+from graspbench.simulation.tip_friction import TipFriction
 
+FRICTION = TipFriction(0.5, 0.002, 0.5)
 OBJECT = np.array([0.0, 0.0, 0.05])
 
 
@@ -76,7 +78,7 @@ def test_arm_and_hand_are_one_body_with_the_palm_where_it_is_wanted(hand, palm):
     mount = mount_at(hand, palm, until="contact")
     model = load_object(ObjectParameters(name="cylinder"))
     with World(model, SceneParameters(), 0) as world:
-        body = SimulatedHand(world, hand, mount, np.zeros(hand.n_joints), ExecutionParameters())
+        body = SimulatedHand(world, hand, mount, np.zeros(hand.n_joints), FRICTION)
         np.testing.assert_allclose(body.palm_pose(), palm, atol=1e-6)
         tips = hand.tip_positions(np.zeros(hand.n_joints)) @ palm[:3, :3].T + palm[:3, 3]
         fingers = range(hand.n_fingers)
@@ -132,7 +134,7 @@ def test_a_cylinder_is_carried_as_by_the_floating_wrist(hand):
             parameters = ExecutionParameters(
                 mount=mount, squeeze_time_s=0.2, lift_time_s=0.8, hold_time_s=0.1, rotation_deg=40.0
             )
-            results[mount] = execute_grasp(world, hand, grasp, path, parameters)
+            results[mount] = execute_grasp(world, hand, grasp, path, parameters, FRICTION)
     for result in results.values():
         assert result.success, result.reason
         assert result.palm_error_max_m < 1.2e-3
