@@ -21,8 +21,9 @@ from graspbench.planning import (
 )
 from graspbench.record import TrialLog
 from graspbench.results.trial_result import TrialResult
-from graspbench.simulation.execute import execute
-from graspbench.simulation.execution import ExecutionResult
+from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
 from graspbench.trial.header import started_result
 from graspbench.trial.outcome import (
@@ -145,7 +146,10 @@ def _execute(
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
-        return execute(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+        friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        return execute_grasp(
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+        )
 
 
 def _result(

@@ -13,13 +13,15 @@ from graspbench.geometry import ObjectParameters, load_object
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.simulation import ExecutionParameters, SceneParameters, World
-from graspbench.simulation.execute import execute
-from graspbench.simulation.hand import SimulatedHand
-from graspbench.simulation.mount import make_mount
-from graspbench.simulation.mount_arm import ArmModel, brackets
-from graspbench.simulation.mount_kuka import arm_with_hand
-from graspbench.simulation.palm_motion import carrying
+from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.mounts.choice import make_mount
+from graspbench.simulation.mounts.kuka import arm_with_hand
+from graspbench.simulation.mounts.kuka_arm import ArmModel, brackets
+from graspbench.simulation.phases import palm_task, plan_phases
+from graspbench.simulation.simulated_hand import SimulatedHand
+from graspbench.simulation.tip_friction import TipFriction
 
+FRICTION = TipFriction(0.5, 0.002, 0.5)
 OBJECT = np.array([0.0, 0.0, 0.05])
 
 
@@ -47,8 +49,9 @@ def from_the_side(height=0.06):
 
 
 def mount_at(hand, palm, **changes):
-    parameters = ExecutionParameters(mount="kuka", **changes)
-    return make_mount(hand, np.array([0.0, 1.0]), np.stack((palm, palm)), OBJECT, parameters)
+    parameters = ExecutionParameters(**changes)
+    task = palm_task(np.array([0.0, 1.0]), np.stack((palm, palm)), OBJECT, parameters, plan_phases)
+    return make_mount("kuka", hand, task)
 
 
 def test_inverse_kinematics_inverts_forward_kinematics(arm):
@@ -75,7 +78,7 @@ def test_arm_and_hand_are_one_body_with_the_palm_where_it_is_wanted(hand, palm):
     mount = mount_at(hand, palm, until="contact")
     model = load_object(ObjectParameters(name="cylinder"))
     with World(model, SceneParameters(), 0) as world:
-        body = SimulatedHand(world, hand, mount, np.zeros(hand.n_joints), ExecutionParameters())
+        body = SimulatedHand(world, hand, mount, np.zeros(hand.n_joints), FRICTION)
         np.testing.assert_allclose(body.palm_pose(), palm, atol=1e-6)
         tips = hand.tip_positions(np.zeros(hand.n_joints)) @ palm[:3, :3].T + palm[:3, 3]
         fingers = range(hand.n_fingers)
@@ -102,13 +105,14 @@ def test_the_place_is_one_and_the_whole_task_is_within_the_joints_ranges(hand):
     place = first.placement
     assert 0.4 < np.linalg.norm(first.base_to_world[:2, 3] - OBJECT[:2]) < 0.8
     now, to_base = place.joints, np.linalg.inv(first.base_to_world)
-    for _, motion, time_s in carrying(from_above(), OBJECT, ExecutionParameters(), place.tilt_direction):
+    plan = plan_phases(from_above(), OBJECT, ExecutionParameters(), place.tilt_direction)
+    for phase in plan.motions:
         for share in np.linspace(0.0, 1.0, 50):
-            before, goal = now, to_base @ motion(share)
-            now = place.arm.follow(now, goal, time_s / 49)
+            before, goal = now, to_base @ phase.motion(share)
+            now = place.arm.follow(now, goal, phase.time_s / 49)
             assert place.arm.assess(now, goal).error_m < 1e-4
             assert np.all((place.arm.lower < now) & (now < place.arm.upper))
-            assert share == 0.0 or np.all(np.abs(now - before) < place.arm.speed_limits * time_s / 49)
+            assert share == 0.0 or np.all(np.abs(now - before) < place.arm.speed_limits * phase.time_s / 49)
 
 
 def test_what_the_arm_cannot_do_is_said(hand):
@@ -130,7 +134,7 @@ def test_a_cylinder_is_carried_as_by_the_floating_wrist(hand):
             parameters = ExecutionParameters(
                 mount=mount, squeeze_time_s=0.2, lift_time_s=0.8, hold_time_s=0.1, rotation_deg=40.0
             )
-            results[mount] = execute(world, hand, grasp, path, parameters)
+            results[mount] = execute_grasp(world, hand, grasp, path, parameters, FRICTION)
     for result in results.values():
         assert result.success, result.reason
         assert result.palm_error_max_m < 1.2e-3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
-from graspbench.simulation.mount_arm import ArmModel
+from graspbench.simulation.mounts.kuka_arm import ArmModel
+from graspbench.simulation.mounts.mount import PalmTask
 
 _DISTANCES_M = (0.6, 0.5, 0.7)
 _HEIGHTS_M = (0.0, 0.3)
@@ -22,8 +23,8 @@ _REACH_M = 0.42 + 0.4 + 0.126 + 0.08
 """Upper arm, forearm, wrist and bracket in line."""
 
 _REACHED_M = 1e-4
-_LEAST_MARGIN = 0.02
-_LEAST_DEXTERITY = 0.02
+_MIN_MARGIN = 0.02
+_MIN_DEXTERITY = 0.02
 _GOOD_DEXTERITY = 0.15
 _ENOUGH = 0.2
 _SPEED_SHARE = 0.9
@@ -51,11 +52,7 @@ class Placement:
     score: float
 
 
-def place_arm(
-    arms: Sequence[ArmModel],
-    tasks: Mapping[float, tuple[FloatArray, Sequence[float]]],
-    object_position: FloatArray,
-) -> Placement:
+def place_arm(arms: Sequence[ArmModel], task: PalmTask) -> Placement:
     """Return the place around the object from which the arm does its task best.
 
     Twelve directions, three distances and two heights (a pedestal) are tried in a fixed order, until one
@@ -63,23 +60,20 @@ def place_arm(
 
     Args:
         arms: The arm with different brackets.
-        tasks: For each direction of the tilt what the palm must pass, transform_palm_to_world, shape
-            (n, 4, 4), and when; all begin alike.
-        object_position: Shape (3,).
+        task: What the palm has to do.
 
     Raises:
         SimulationError: From none of the places the task can be done.
     """
     best: Placement | None = None
-    first = next(iter(tasks.values()))[0][0]
     for height, distance in product(_HEIGHTS_M, _DISTANCES_M):
         for k, arm in product(range(_AZIMUTHS), arms):
-            base = _base_pose(object_position, distance, height, 2.0 * np.pi * k / _AZIMUTHS)
+            base = _base_pose(task.object_position, distance, height, 2.0 * np.pi * k / _AZIMUTHS)
             to_base = np.linalg.inv(base)
-            if any(_is_too_far(to_base @ palms) for palms, _ in tasks.values()):
+            if any(_is_too_far(to_base @ palms) for palms, _ in task.poses.values()):
                 continue
             for joints, (direction, (palms, times_s)) in product(
-                _first_joints(arm, to_base @ first, height), tasks.items()
+                _first_joints(arm, to_base @ task.start, height), task.poses.items()
             ):
                 least = 0.0 if best is None else best.score
                 score = _score(arm, joints, to_base @ palms, times_s, height, least)
@@ -127,13 +121,13 @@ def _score(
     arm: ArmModel,
     joints: FloatArray,
     palms: FloatArray,
-    times_s: Sequence[float],
+    times_s: FloatArray,
     height_m: float,
     least: float,
 ) -> float:
     """Return the comfort of the task's least comfortable pose; 0 when it cannot be done, or not so fast."""
     comfort = np.inf
-    spans = [0.0, *(b - a for a, b in pairwise(times_s))]
+    spans = [0.0, *(b - a for a, b in pairwise(times_s.tolist()))]
     for palm, span in zip(palms, spans, strict=True):
         steps = 2 if span > 0.0 else 1
         now = joints
@@ -150,6 +144,6 @@ def _score(
 
 
 def _comfort(margin: float, dexterity: float) -> float:
-    if margin < _LEAST_MARGIN or dexterity < _LEAST_DEXTERITY:
+    if margin < _MIN_MARGIN or dexterity < _MIN_DEXTERITY:
         return 0.0
     return min(margin, dexterity / _GOOD_DEXTERITY)

@@ -11,10 +11,11 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.simulation import ExecutionParameters, SceneParameters, World
 from graspbench.simulation.approach import Approach
-from graspbench.simulation.execute import execute
 from graspbench.simulation.force_control import ForceControl
+from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.slip import SlipMeter
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.tip_friction import TipFriction
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +51,14 @@ def planned(hand, model):
     return grasp, path
 
 
-def run(hand, model, **changes):
+def tip(coulomb=0.5, torsional_m=0.002):
+    return TipFriction(coulomb, torsional_m, planned=coulomb)
+
+
+def run(hand, model, friction=None, **changes):
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
-        return execute(world, hand, grasp, path, ExecutionParameters(**changes))
+        return execute_grasp(world, hand, grasp, path, ExecutionParameters(**changes), friction or tip())
 
 
 @pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (1.3, True)])
@@ -64,7 +69,7 @@ def test_block_on_an_incline_slips_at_the_friction_angle(hand, ratio, slips):
     with World(model, scene, 0) as world:
         _, path = planned(hand, model)
         path.transform_palm_to_world[:, 2, 3] += 1.0  # the hand is out of the way
-        stage = Stage(world, hand, path, ExecutionParameters())
+        stage = Stage(world, hand, path, ExecutionParameters(), tip())
         angle = np.arctan(ratio * 0.5 * 0.6)
         pybullet.setGravity(9.81 * np.sin(angle), 0, -9.81 * np.cos(angle), physicsClientId=world.client)
         before = world.object_pose()[:3, 3]
@@ -83,8 +88,8 @@ def test_friction_carries_what_coulomb_allows(hand, load, holds):
     force, friction = 4.0, 0.5
     mass = load * 3 * friction * force / 9.81
     result = run(
-        hand, cylinder(mass_kg=mass), friction=friction, grip_force_n=force, grip_safety=0.01,
-        torsional_friction_m=0.0, rotation_deg=0.0,
+        hand, cylinder(mass_kg=mass), tip(friction, 0.0), grip_force_n=force, grip_safety=0.01,
+        rotation_deg=0.0,
     )  # fmt: skip
     assert result.contacts_made == 3
     assert result.success is holds, result.reason
@@ -152,7 +157,7 @@ def test_a_held_joint_feels_the_whole_spring(hand, time_step_s):
         _, path = planned(hand, cylinder())
         path.transform_palm_to_world[:, 2, 3] += 1.0
         pybullet.setGravity(0, 0, 0, physicsClientId=world.client)
-        stage = Stage(world, hand, path, ExecutionParameters(time_step_s=time_step_s))
+        stage = Stage(world, hand, path, ExecutionParameters(time_step_s=time_step_s), tip())
         n, springs = len(hand.joint_names), 0.3
         for away, moves in ((springs - 0.02, False), (springs + 0.02, True)):
             before, _ = stage.hand.state()
@@ -169,7 +174,7 @@ def test_slip_is_how_far_the_object_slides_under_the_tips(hand):
     model = cylinder()
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
-        stage = Stage(world, hand, path, ExecutionParameters())
+        stage = Stage(world, hand, path, ExecutionParameters(), tip())
         meter = SlipMeter(stage, grasp.posture.fingers)
         meter.look()
         assert meter.contacts_lost == 3
@@ -208,7 +213,7 @@ def test_a_finger_that_brushes_past_the_object_goes_on(hand):
         transform_palm_to_world=palms,
     )
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
-        result = execute(world, hand, grasp, path, ExecutionParameters(until="contact"))
+        result = execute_grasp(world, hand, grasp, path, ExecutionParameters(until="contact"), tip())
     assert result.success
     assert max(result.contact_error_m) < 1.5e-3
 
@@ -230,7 +235,7 @@ def test_missed_object_is_reported(hand):
     model = cylinder()
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0, x_m=0.3), 0) as world:
-        result = execute(world, hand, grasp, path, ExecutionParameters())
+        result = execute_grasp(world, hand, grasp, path, ExecutionParameters(), tip())
     assert not result.success
     assert result.reason == "only 0 of 3 fingers touched the object"
     assert np.isnan(result.contact_time_s).all()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from graspbench.hand import HandParameters, load_hand
-from graspbench.simulation.wrist import WRIST_JOINTS, mounted_urdf, wrist_coordinates, wrist_pose
+from graspbench.simulation.mounts.floating import WRIST_JOINTS, mounted_urdf, wrist_coordinates, wrist_pose
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -5,7 +5,7 @@ import pytest
 
 from graspbench.errors import SimulationError
 from graspbench.perception import Camera, CameraParameters, look_at
-from graspbench.simulation.camera import Renderer, projection_matrix
+from graspbench.simulation.renderer import Renderer, projection_matrix
 from graspbench.simulation.scene import SceneParameters
 from tests.oracles.exact_silhouette import exact_mask, iou
 from tests.simulation.bodies import box, capsule

@@ -11,12 +11,11 @@ import pybullet
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
-from graspbench.simulation.execution import ExecutionParameters
-from graspbench.simulation.shapes import pose_of, quaternion_of
+from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
+from graspbench.simulation.mounts.motors import POSITION_GAIN
+from graspbench.simulation.mounts.mount import Mount
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
-from graspbench.simulation.wrist import Mount
-
-_POSITION_GAIN = 0.3
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class SimulatedHand:
         hand: The hand model.
         mount: What carries the hand; it is where the hand appears first.
         joints: The fingers' first joint positions, shape (n_q,).
-        parameters: Friction and control.
+        friction: Between fingertips and object.
 
     Attributes:
         palm_goal: Where the palm was last wanted, transform_palm_to_world, shape (4, 4).
@@ -54,7 +53,7 @@ class SimulatedHand:
     """
 
     def __init__(
-        self, world: World, hand: HandModel, mount: Mount, joints: FloatArray, parameters: ExecutionParameters
+        self, world: World, hand: HandModel, mount: Mount, joints: FloatArray, friction: TipFriction
     ) -> None:
         self.world = world
         self.hand = hand
@@ -65,7 +64,7 @@ class SimulatedHand:
         self._joint_ids = self._find(hand.joint_names, ids)
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
-        self._set_friction(parameters)
+        self._set_friction(friction)
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
@@ -91,7 +90,7 @@ class SimulatedHand:
             targetPositions=positions.tolist(),
             targetVelocities=velocities.tolist(),
             forces=self.hand.effort_limits.tolist(),
-            positionGains=[_POSITION_GAIN] * n,
+            positionGains=[POSITION_GAIN] * n,
             velocityGains=[1.0] * n,
             physicsClientId=self._client,
         )
@@ -222,15 +221,15 @@ class SimulatedHand:
                 link = parent[link]
         return owners
 
-    def _set_friction(self, parameters: ExecutionParameters) -> None:
+    def _set_friction(self, friction: TipFriction) -> None:
         # Bullet multiplies the two bodies' coefficients.
-        friction = parameters.friction / max(self.world.object_model.friction, 1e-6)
+        lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
         for link in self._finger_of_link:
             pybullet.changeDynamics(
                 self.body,
                 link,
-                lateralFriction=friction,
-                spinningFriction=parameters.torsional_friction_m,
+                lateralFriction=lateral,
+                spinningFriction=friction.torsional_m,
                 rollingFriction=0.0,
                 restitution=0.0,
                 jointDamping=0.0,

@@ -19,8 +19,8 @@ import pybullet
 from graspbench.arrays import FloatArray, ImageArray
 from graspbench.errors import SimulationError
 from graspbench.perception.camera import Intrinsics
+from graspbench.simulation.bullet_exchange import quaternion_of, write_obj
 from graspbench.simulation.scene import SceneParameters
-from graspbench.simulation.shapes import quaternion_of, write_obj
 
 if TYPE_CHECKING:
     from graspbench.geometry.model import ObjectModel

@@ -1,4 +1,4 @@
-"""The arm that can carry a hand, a KUKA LBR iiwa 14 as pybullet_data ships it: its inverse kinematics."""
+"""The kinematics of an arm that can carry a hand, a KUKA LBR iiwa 14 as pybullet_data ships it."""
 
 from __future__ import annotations
 

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
+from typing import Self
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
-from graspbench.simulation.mount_arm import ARM_JOINTS, WRIST_LINK, arm_urdf
-from graspbench.simulation.mount_placement import Placement
-from graspbench.simulation.wrist import hand_robot, light_link
+from graspbench.simulation.mounts.kuka_arm import ARM_JOINTS, WRIST_LINK, ArmModel, arm_urdf, brackets
+from graspbench.simulation.mounts.kuka_placement import Placement, place_arm
+from graspbench.simulation.mounts.motors import MountMotors
+from graspbench.simulation.mounts.mount import PalmTask
+from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link
 
-_MOST_TORQUE_NM = 300.0
-_POSITION_GAIN = 0.3
+_MAX_TORQUE_NM = 300.0
 _LOST_M = 0.002
 
 
-class KukaArm:
+class KukaMount:
     """An arm of seven joints under position control; the palm's goals become joints by inverse kinematics.
 
     The arm and the hand are one body of PyBullet. The motors are constraints of the solver within the torque
@@ -35,11 +35,19 @@ class KukaArm:
     def __init__(self, hand: HandModel, placement: Placement) -> None:
         self._hand, self._arm, self.placement = hand, placement.arm, placement
         self._world_to_base = np.linalg.inv(placement.transform_base_to_world)
-        self._goal = placement.joints
+        self._motors = MountMotors(ARM_JOINTS, _MAX_TORQUE_NM, placement.joints)
         self._wanted = np.full((4, 4), np.nan)
         self._still = False
-        self._client, self._body = -1, -1
-        self._joint_ids: list[int] = []
+
+    @classmethod
+    def for_task(cls, hand: HandModel, task: PalmTask) -> Self:
+        """Return an arm that stands where it can do a task, at its start.
+
+        Raises:
+            SimulationError: It can do the task from no place beside the object.
+        """
+        arms = [ArmModel(hand, bracket) for bracket in brackets(task.grasping)]
+        return cls(hand, place_arm(arms, task))
 
     @property
     def base_to_world(self) -> FloatArray:
@@ -62,10 +70,7 @@ class KukaArm:
 
     def attach(self, client: int, body: int, joint_ids: Mapping[str, int]) -> None:
         """Take over the arm's joints of a loaded body, and put them at the start."""
-        self._client, self._body = client, body
-        self._joint_ids = [joint_ids[name] for name in ARM_JOINTS]
-        for joint, value in zip(self._joint_ids, self._goal, strict=True):
-            pybullet.resetJointState(body, joint, value, 0.0, physicsClientId=client)
+        self._motors.attach(client, body, joint_ids)
 
     def drive(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
         """Set the palm's goal for the end of the next step.
@@ -73,32 +78,21 @@ class KukaArm:
         Raises:
             SimulationError: A joint would leave its range or move too fast, or the goal is out of reach.
         """
+        goal = self._motors.goal
         if np.array_equal(transform_palm_to_world, self._wanted):
             if self._still:
                 return  # its motors hold the goal they have
-            goal, self._still = self._goal, True
+            self._still = True
         else:
-            wanted = self._world_to_base @ transform_palm_to_world
-            goal, self._still = self._arm.follow(self._goal, wanted, time_step_s), False
-            self._check(goal, (goal - self._goal) / time_step_s, wanted)
-        speed = (goal - self._goal) / time_step_s
-        self._goal, self._wanted = goal, transform_palm_to_world.copy()
-        pybullet.setJointMotorControlArray(
-            self._body,
-            self._joint_ids,
-            pybullet.POSITION_CONTROL,
-            targetPositions=goal.tolist(),
-            targetVelocities=speed.tolist(),
-            forces=[_MOST_TORQUE_NM] * len(goal),
-            positionGains=[_POSITION_GAIN] * len(goal),
-            velocityGains=[1.0] * len(goal),
-            physicsClientId=self._client,
-        )
+            wanted, before = self._world_to_base @ transform_palm_to_world, goal
+            goal, self._still = self._arm.follow(before, wanted, time_step_s), False
+            self._check(goal, (goal - before) / time_step_s, wanted)
+        self._wanted = transform_palm_to_world.copy()
+        self._motors.drive(goal, time_step_s)
 
     def palm_pose(self) -> FloatArray:
         """Return transform_palm_to_world, shape (4, 4), from the arm's real joints."""
-        states = pybullet.getJointStates(self._body, self._joint_ids, physicsClientId=self._client)
-        pose: FloatArray = self.base_to_world @ self._arm.palm_pose(np.array([s[0] for s in states]))
+        pose: FloatArray = self.base_to_world @ self._arm.palm_pose(self._motors.positions())
         return pose
 
     def _check(self, goal: FloatArray, speed: FloatArray, wanted: FloatArray) -> None:
@@ -137,32 +131,9 @@ def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
     whole = ElementTree.Element("robot", name="arm_with_hand")
     # PyBullet places a body by its base link's centre of mass: let that be where the link is.
     whole.append(light_link("arm_base"))
-    whole.append(_fixed("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), np.eye(4)))
+    whole.append(fixed_joint("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), np.eye(4)))
     whole.extend(part for part in robot if part.tag in ("link", "joint"))
     hand_tree, root = hand_robot(hand)
-    whole.append(_fixed("hand_on_arm", WRIST_LINK, root, transform_root_to_wrist))
+    whole.append(fixed_joint("hand_on_arm", WRIST_LINK, root, transform_root_to_wrist))
     whole.extend(hand_tree)
     return ElementTree.tostring(whole, encoding="unicode")
-
-
-def _fixed(name: str, parent: str, child: str, pose: FloatArray) -> ElementTree.Element:
-    joint = ElementTree.Element("joint", name=name, type="fixed")
-    ElementTree.SubElement(joint, "parent", link=parent)
-    ElementTree.SubElement(joint, "child", link=child)
-    ElementTree.SubElement(
-        joint,
-        "origin",
-        xyz=" ".join(f"{value:.15g}" for value in pose[:3, 3]),
-        rpy=" ".join(f"{angle:.15g}" for angle in _roll_pitch_yaw(pose[:3, :3])),
-    )
-    return joint
-
-
-def _roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
-    """Return angles about fixed axes x, y, z as URDF has them, also where two of them do the same."""
-    r = rotation
-    cosine = math.hypot(r[0, 0], r[1, 0])
-    pitch = math.atan2(-r[2, 0], cosine)
-    if cosine > 1e-9:
-        return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
-    return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
