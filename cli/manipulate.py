@@ -18,7 +18,7 @@ def manipulate(
     config_dir: ConfigDir = None,
 ) -> None:
     """Plan a grasp, then move the object in the hand: manipulate object=duck hand=allegro motion=screw."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json, print_stage
     from graspbench.experiment import ResultStore, load_manipulation_config, manipulate_and_store
 
     config = load_manipulation_config(overrides or [], config_dir)
@@ -26,7 +26,7 @@ def manipulate(
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:
-        err.print(f"[dim]{time.perf_counter() - started:7.2f} s[/dim]  {stage} ({seconds * 1e3:.0f} ms)")
+        print_stage(time.perf_counter() - started, stage, seconds)
 
     result = manipulate_and_store(config, store, on_stage=show_stage)
     store.write_table()
@@ -39,10 +39,10 @@ def manipulate(
 
 
 def _print_summary(result: dict[str, Any], folder: Path) -> None:
-    from graspbench.cli.printing import out, print_rows
+    from graspbench.cli.printing import out, print_failure, print_rows
 
     if result["status"] != "done":
-        out.print(f"[bold red]failed[/bold red]: {result['reason']}")
+        print_failure(result["reason"])
     if "manipulation" in result:
         rows = [{"figure": key, "value": value} for key, value in result["manipulation"].items()]
         print_rows(

@@ -18,7 +18,7 @@ def run(
     config_dir: ConfigDir = None,
 ) -> None:
     """Run one trial: images, reconstruction, local and global planning, execution, record."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json, print_stage
     from graspbench.experiment import ResultStore, load_config, run_and_store
 
     config = load_config(overrides or [], config_dir)
@@ -26,7 +26,7 @@ def run(
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:
-        err.print(f"[dim]{time.perf_counter() - started:7.2f} s[/dim]  {stage} ({seconds * 1e3:.0f} ms)")
+        print_stage(time.perf_counter() - started, stage, seconds)
 
     result = run_and_store(config, store, on_stage=show_stage)
     store.write_table()
@@ -39,10 +39,10 @@ def run(
 
 
 def _print_summary(result: dict[str, Any], folder: Path) -> None:
-    from graspbench.cli.printing import out, print_rows
+    from graspbench.cli.printing import out, print_failure, print_rows
 
     if result["status"] != "done":
-        out.print(f"[bold red]failed[/bold red]: {result['reason']}")
+        print_failure(result["reason"])
     else:
         print_rows(
             [_measure_row(result, measure) for measure in result["ratio"]],
