@@ -7,35 +7,32 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
-from graspbench.grasp.quality import THESIS_MEASURES
 from graspbench.planning import grip_geometry
-from graspbench.report.comparison import THESIS_3_1
-from graspbench.report.row_tables import Column, row_tables, rows_latex
+from graspbench.report.comparison import TITLE, thesis_ratio
+from graspbench.report.tables import Column, Table
 
 REFINED_GOAL = 0.97
-TITLE = "Local against global grasps"
 
 COLUMNS = (
-    Column("object", "object", "object"),
-    Column("fingers", "fingers", "$n_f$", 0),
-    Column("k_cm", "k_cm", "$k_{cm}$", 0),
-    Column("measure", "measure", ""),
-    Column("local", "local", "local", 3),
-    Column("refined", "refined", "refined", 3),
-    Column("global", "global", "global", 3),
-    Column("gap", "gap", "gap", 3),
-    Column("optimal", "certified", "cert."),
-    Column("ratio", "local / global", "loc./gl.", 3),
-    Column("thesis", "thesis", "thesis", 3),
-    Column("met", "met", "met"),
-    Column("ratio_refined", "refined / global", "ref./gl.", 3),
-    Column("serial_s", "serial, s", "ser. [s]", 2),
-    Column("parallel_s", "parallel, s", "par. [s]", 2),
-    Column("speedup", "serial / parallel", "ser./par.", 1),
-    Column("distance_mm", "distance, mm", "mm", 1),
+    Column("object", "object"),
+    Column("fingers", "fingers", format="d"),
+    Column("k_cm", "k_cm", format="g"),
+    Column("measure", "measure"),
+    Column("local", "local", format=".3f"),
+    Column("refined", "refined", format=".3f"),
+    Column("global", "global", format=".3f"),
+    Column("gap", "gap", format=".3f"),
+    Column("optimal", "certified", narrow=False),
+    Column("ratio", "local / global", format=".3f"),
+    Column("thesis", "thesis", format=".3f"),
+    Column("met", "met", narrow=False),
+    Column("ratio_refined", "refined / global", format=".3f"),
+    Column("serial_s", "serial", "s", ".2f"),
+    Column("parallel_s", "parallel", "s", ".2f"),
+    Column("speedup", "serial / parallel", format=".1f", narrow=False),
+    Column("distance_mm", "distance", "mm", ".1f"),
 )
-
-_NOT_IN_LATEX = ("optimal", "met", "speedup")  # follow from the others; a page is narrow
+"""What people see; the columns that follow from others are left out where room is short."""
 
 Result = Any
 
@@ -48,7 +45,7 @@ def comparison_rows(result: Result) -> list[dict[str, Any]]:
     """
     if result["status"] != "done":
         return []
-    return [_row(result, measure) for measure in THESIS_MEASURES if measure in result["global"]]
+    return [_row(result, measure) for measure in MEASURES if measure in result["global"]]
 
 
 def contacts(found: Result) -> FloatArray:
@@ -110,10 +107,15 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -> dict[str, str]:
-    """Return the whole table as file contents by file name, with what it says in all below it."""
+def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -> Table:
+    """Return the table of rows, with what they say in all below it.
+
+    Args:
+        rows: Of `comparison_rows`, of several trials.
+        notes: Further sentences.
+    """
     told = summary(rows)
-    sentences = [
+    sentences = (
         "Each measure's global optimum against the local grasp evaluated with the same measure, and against "
         "that grasp after ascent of the measure.",
         f"Mean local / global {_percent(told['mean_ratio'])}, refined / global "
@@ -123,15 +125,8 @@ def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -
         "Serial: reconstruction, then global search, which knows the local grasp. "
         "Parallel: reconstruction and local planner together.",
         *notes,
-    ]
-    shown = [{**row, "optimal": "yes" if row["optimal"] else "no"} for row in rows]
-    tables = row_tables(shown, COLUMNS, TITLE, sentences, "tab:local-global")
-    narrow = [column for column in COLUMNS if column.key not in _NOT_IN_LATEX]
-    tables["table.tex"] = rows_latex(shown, narrow, TITLE, sentences, "tab:local-global")
-    tables["table.tex"] = tables["table.tex"].replace(
-        r"\centering\footnotesize", r"\centering\scriptsize\setlength{\tabcolsep}{2pt}"
     )
-    return tables
+    return Table("table", TITLE, COLUMNS, tuple(rows), sentences, parted=("object", "k_cm"))
 
 
 def _row(result: Result, measure: str) -> dict[str, Any]:
@@ -140,7 +135,7 @@ def _row(result: Result, measure: str) -> dict[str, Any]:
     gain, name = result["index"].get("k_cm"), result["object"]["name"]
     known = bool(found["contacts"]) and found["value"] > 0
     ratio = local[measure] / found["value"] if known else None
-    thesis = _thesis_ratio(gain, name, result["index"]["name"], measure)
+    thesis = thesis_ratio(gain, name, result["index"]["name"], measure)
     serial_s = local["reconstruction_time_s"] + found["time_s"]
     return {
         "object": name,
@@ -165,13 +160,6 @@ def _row(result: Result, measure: str) -> dict[str, Any]:
         "distance_mm": 1e3 * contact_distance_m(contacts(local), contacts(found)) if known else None,
         "trial_id": result["trial_id"],
     }
-
-
-def _thesis_ratio(gain: float | None, name: str, index: str, measure: str) -> float | None:
-    if gain not in (0.0, 1.0) or index != "force_field" or (int(gain), name) not in THESIS_3_1:
-        return None
-    local, best = THESIS_3_1[int(gain), name][THESIS_MEASURES.index(measure)]
-    return local / best
 
 
 def _shape(points: FloatArray, centroid: FloatArray) -> tuple[float, float, float]:
