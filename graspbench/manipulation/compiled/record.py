@@ -122,14 +122,16 @@ def _sizes(record: type[Record], sizes: dict[str, int], given: Mapping[str, Any]
                 raise TypeError(f"{record.__name__} needs a value for {field.name}")
         elif field.name in given:
             actual = np.shape(given[field.name])
-            if len(actual) != len(field.shape):
+            if len(actual) == len(field.shape):
+                for name, length in zip(field.shape, actual, strict=True):
+                    if isinstance(name, str):
+                        sizes.setdefault(name, length)
+            expected = tuple(sizes.get(n, -1) if isinstance(n, str) else n for n in field.shape)
+            if actual != expected:
+                names = ", ".join(map(str, field.shape))
                 raise ValueError(
-                    f"{record.__name__}.{field.name} has {len(field.shape)} axes, not {len(actual)}"
+                    f"{record.__name__}.{field.name} has shape {actual}, not ({names}) = {expected}"
                 )
-            for name, length in zip(field.shape, actual, strict=True):
-                expected = sizes.setdefault(name, length) if isinstance(name, str) else name
-                if expected != length:
-                    raise ValueError(f"{record.__name__}.{field.name}: {name} is {expected}, not {length}")
     missing = {s for f in record.declared for s in f.shape or () if isinstance(s, str)} - set(sizes)
     if missing:
         raise ValueError(f"{record.__name__} needs the sizes {', '.join(sorted(missing))}")
