@@ -6,7 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.compiled import compiled, inner
-from graspbench.manipulation.memory import shared
+from graspbench.manipulation.compiled.shared import shared
 
 EULER_GUARD = 0.05
 """Smallest allowed cosine of the second XYZ Euler angle (about 87 deg) before the angles are given up."""

@@ -1,11 +1,12 @@
 """What compiled kinematics wants to know of a system beforehand."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.manipulation.tree import KinematicTree
+from graspbench.manipulation.kinematic_tree import KinematicTree
 
 
 def joint_turns(tree: KinematicTree) -> FloatArray:
@@ -19,10 +20,19 @@ def joint_turns(tree: KinematicTree) -> FloatArray:
     return turns
 
 
+class FingerGroups(NamedTuple):
+    """The fields of `SystemArrays` about groups."""
+
+    group_rows: IntArray
+    group_row_starts: IntArray
+    group_columns: IntArray
+    group_column_starts: IntArray
+
+
 def finger_groups(
     paths: IntArray, xi: IntArray, theta: IntArray, rows: int, n_variables: int
-) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Group contacts whose fingers share joints; see `state_arrays.SystemArrays`."""
+) -> FingerGroups:
+    """Group contacts whose fingers share joints; see `SystemArrays`."""
     label = np.arange(len(paths))
     for i, path in enumerate(paths):
         for k in range(i):
@@ -43,9 +53,13 @@ def finger_groups(
     if any(len(r) > len(c) for r, c in zip(group_rows, group_columns, strict=True)):
         # a finger with too few variables of its own: only all fingers together can be factorised
         group_rows, group_columns = [np.arange(rows * len(paths))], [np.arange(n_variables)]
-    return (*_stacked(group_rows), *_stacked(group_columns))
+    return FingerGroups(
+        np.concatenate(group_rows),
+        _starts(group_rows),
+        np.concatenate(group_columns),
+        _starts(group_columns),
+    )
 
 
-def _stacked(parts: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
-    starts = np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)
-    return np.concatenate(parts).astype(np.int64), starts
+def _starts(parts: Sequence[IntArray]) -> IntArray:
+    return np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)

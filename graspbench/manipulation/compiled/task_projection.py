@@ -4,69 +4,50 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
-from graspbench.manipulation.dense import cholesky, dot, lower_solve, upper_solve
+from graspbench.manipulation.compiled.dense import cholesky, dot, lower_solve, upper_solve
+from graspbench.manipulation.compiled.step_records import LawArrays, TaskTable
+from graspbench.manipulation.compiled.task_kernel import task_at
 
 _TASK_DAMPING = 1e-4
 _PROJECTOR_DAMPING = 1e-2
 
 
 @inner
-def add_tasks(
-    basis: FloatArray,
-    free: FloatArray,
-    scale: FloatArray,
-    table: IntArray,
-    separate: IntArray,
-    counts: IntArray,
-    figures: FloatArray,
-    jacobian: FloatArray,
-    order: IntArray,
-    work: FloatArray,
-    out: FloatArray,
-) -> None:
+def add_tasks(law: LawArrays, table: TaskTable, order: IntArray) -> None:
     """Add the secondary tasks' velocities; everything in the scaled variables.
 
-    ``free`` is the projector, in the basis, on what the tasks so far leave.
+    ``law.projector`` is the projector, in the basis, on what the tasks so far leave.
     """
+    basis, projector, out, counts = law.basis, law.projector, law.velocity, table.counts
     d, n = basis.shape
     blocks = 0
     for t in order:
-        blocks += counts[t] if separate[t] else min(counts[t], 1)
-    free[:] = 0.0
+        blocks += counts[t] if table.separate[t] else min(counts[t], 1)
+    projector[:] = 0.0
     for r in range(d):
-        free[r, r] = 1.0
+        projector[r, r] = 1.0
     added = np.zeros(d)
     for t in order:
-        first, count = table[t, 3], counts[t]
-        height = 1 if separate[t] else max(count, 1)
-        for start in range(first, first + count, height):
+        task, count = task_at(table.blocks[t]), counts[t]
+        height = 1 if table.separate[t] else max(count, 1)
+        for first in range(0, count, height):
             blocks -= 1
-            h, rows = figures[start, 2], jacobian[start : start + height]
+            h, rows = task.activations[first], task.jacobian[first : first + height]
             if h > 0.0 and height == 1:
-                _add_row(basis, free, scale, rows[0], figures[start, 1], h, blocks > 0, work, added)
+                _add_row(law, rows[0], task.errors[first], h, blocks > 0, added)
             elif h > 0.0:
-                wanted = figures[start : start + height, 1].copy()
-                _add_rows(basis, free, scale, rows, wanted, h, blocks > 0, added)
+                _add_rows(law, rows, task.errors[first : first + height].copy(), h, blocks > 0, added)
     for r in range(d):
         for k in range(n):
             out[k] += added[r] * basis[r, k]
 
 
 @inner
-def _add_row(
-    basis: FloatArray,
-    free: FloatArray,
-    scale: FloatArray,
-    row: FloatArray,
-    wanted: float,
-    h: float,
-    more: bool,
-    work: FloatArray,
-    added: FloatArray,
-) -> None:
+def _add_row(law: LawArrays, row: FloatArray, wanted: float, h: float, more: bool, added: FloatArray) -> None:
     """`_add_rows` for a task of one row, in closed form."""
+    basis, free, scale, own, along = law.basis, law.projector, law.scale, law.row, law.row_along_basis
     d, n = basis.shape
-    own, along, reduced, fixed = work[:n], work[n : n + d], np.empty(d), np.empty(d)
+    reduced, fixed = np.empty(d), np.empty(d)
     for k in range(n):
         own[k] = row[k] * scale[k]
     size = dot(own, own) + 1e-30
@@ -90,19 +71,13 @@ def _add_row(
 
 @inner
 def _add_rows(
-    basis: FloatArray,
-    free: FloatArray,
-    scale: FloatArray,
-    rows: FloatArray,
-    velocity: FloatArray,
-    h: float,
-    more: bool,
-    added: FloatArray,
+    law: LawArrays, rows: FloatArray, velocity: FloatArray, h: float, more: bool, added: FloatArray
 ) -> None:
     """Add a task's velocity, and take its directions away from the tasks below it if there are more.
 
     ``velocity`` is what the rows want; it is used up.
     """
+    basis, free, scale = law.basis, law.projector, law.scale
     (d, n), m = basis.shape, len(rows)
     own, gram, along = np.empty((m, n)), np.empty((m, m)), np.empty((m, d))
     coordinates, size = np.zeros(d), 0.0

@@ -2,23 +2,22 @@
 
 import math
 
-from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
-from graspbench.manipulation.rotations import matmul3
+from graspbench.manipulation.compiled.rotations import matmul3
+from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays
 
 
 @inner
-def place_joints(
-    parents: IntArray,
-    turns: FloatArray,
-    shifts: FloatArray,
-    own_axes: FloatArray,
-    joints: FloatArray,
-    rotations: FloatArray,
-    origins: FloatArray,
-    axes: FloatArray,
-) -> None:
+def place_joints(system: SystemArrays, state: StateArrays) -> None:
     """Forward kinematics of the tree."""
+    parents, turns, shifts, own_axes = (
+        system.parents,
+        system.joint_turns,
+        system.placement_translations,
+        system.axes,
+    )
+    joints, rotations = state.joints, state.joint_rotations
+    origins, axes = state.joint_origins, state.joint_axes
     for j in range(len(parents)):
         parent, rotation = parents[j], rotations[j]
         cosine, sine = math.cos(joints[j]), math.sin(joints[j])
@@ -44,16 +43,11 @@ def place_joints(
 
 
 @inner
-def place_tips(
-    tip_joints: IntArray,
-    own_rotations: FloatArray,
-    shifts: FloatArray,
-    rotations: FloatArray,
-    origins: FloatArray,
-    tip_rotations: FloatArray,
-    tips: FloatArray,
-) -> None:
+def place_tips(system: SystemArrays, state: StateArrays) -> None:
     """Place the finger frames at the tips."""
+    tip_joints, own_rotations, shifts = system.tip_joints, system.tip_rotations, system.tip_translations
+    rotations, origins = state.joint_rotations, state.joint_origins
+    tip_rotations, tips = state.tip_rotations, state.tip_positions
     for i in range(len(tip_joints)):
         j = tip_joints[i]
         base = rotations[j]
@@ -64,15 +58,10 @@ def place_tips(
 
 
 @inner
-def tip_jacobians(
-    parents: IntArray,
-    tip_joints: IntArray,
-    origins: FloatArray,
-    axes: FloatArray,
-    tips: FloatArray,
-    jacobians: FloatArray,
-) -> None:
+def tip_jacobians(system: SystemArrays, state: StateArrays) -> None:
     """Write the tips' geometric Jacobians (4.1), each down its finger's own path."""
+    parents, tip_joints, origins = system.parents, system.tip_joints, state.joint_origins
+    axes, tips, jacobians = state.joint_axes, state.tip_positions, state.tip_jacobians
     for i in range(len(tip_joints)):
         j = tip_joints[i]
         while j >= 0:

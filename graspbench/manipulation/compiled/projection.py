@@ -13,14 +13,23 @@ import math
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray
 from graspbench.compiled import inner
-from graspbench.manipulation.dense import apply_reflectors, cholesky, dot, lower_solve, lq, upper_solve
+from graspbench.manipulation.compiled.dense import (
+    apply_reflectors,
+    cholesky,
+    dot,
+    lower_solve,
+    lq,
+    upper_solve,
+)
+from graspbench.manipulation.compiled.step_records import LawArrays, StateArrays, SystemArrays
 
 
 @inner
-def transposed_velocity(jacobian: FloatArray, wanted: FloatArray, scale: FloatArray, out: FloatArray) -> None:
+def transposed_velocity(state: StateArrays, law: LawArrays) -> None:
     """Write the transpose algorithm's velocity in the scaled variables (4.12)."""
+    jacobian, wanted, scale, out = state.jacobian, law.wanted, law.scale, law.velocity
     out[:] = 0.0
     for i in range(jacobian.shape[0]):
         for k in range(jacobian.shape[1]):
@@ -37,18 +46,11 @@ def damping_factor(smallest: float, threshold: float, largest: float) -> float:
 
 
 @inner
-def factorise(
-    rows: IntArray,
-    row_starts: IntArray,
-    columns: IntArray,
-    column_starts: IntArray,
-    jacobian: FloatArray,
-    scale: FloatArray,
-    factors: FloatArray,
-    heads: FloatArray,
-    work: FloatArray,
-) -> float:
+def factorise(system: SystemArrays, state: StateArrays, law: LawArrays) -> float:
     """Factorise the scaled Jacobian group by group; return the smallest singular value's estimate."""
+    rows, row_starts = system.group_rows, system.group_row_starts
+    columns, column_starts = system.group_columns, system.group_column_starts
+    jacobian, scale, factors, heads = state.jacobian, law.scale, law.factors.ravel(), law.heads
     at, smallest = 0, math.inf
     for group in range(len(row_starts) - 1):
         first, left = row_starts[group], column_starts[group]
@@ -61,7 +63,7 @@ def factorise(
                 column = columns[left + k]
                 factor[i, k] = jacobian[rows[first + i], column] * scale[column]
         lq(factor, heads[first:])
-        smallest = min(smallest, _smallest_singular_value(factor, work[:m]))
+        smallest = min(smallest, _smallest_singular_value(factor, law.row[:m]))
         at += m * n
     return smallest
 
@@ -85,24 +87,16 @@ def _smallest_singular_value(factor: FloatArray, x: FloatArray) -> float:
 
 
 @inner
-def main_velocity(
-    rows: IntArray,
-    row_starts: IntArray,
-    columns: IntArray,
-    column_starts: IntArray,
-    factors: FloatArray,
-    heads: FloatArray,
-    damping: float,
-    wanted: FloatArray,
-    work: FloatArray,
-    out: FloatArray,
-) -> None:
+def main_velocity(system: SystemArrays, law: LawArrays, damping: float) -> None:
     """Write the pseudo-inverse's velocity in the scaled variables, damped near a singularity."""
+    rows, row_starts = system.group_rows, system.group_row_starts
+    columns, column_starts = system.group_columns, system.group_column_starts
+    factors, heads, wanted, out = law.factors.ravel(), law.heads, law.wanted, law.velocity
     at = 0
     for group in range(len(row_starts) - 1):
         first, left = row_starts[group], column_starts[group]
         m, n = row_starts[group + 1] - first, column_starts[group + 1] - left
-        factor, x = factors[at : at + m * n].reshape((m, n)), work[:n]
+        factor, x = factors[at : at + m * n].reshape((m, n)), law.row[:n]
         x[:] = 0.0
         for i in range(m):
             x[i] = wanted[rows[first + i]]
@@ -136,22 +130,20 @@ def _damped_lower_solve(factor: FloatArray, damping: float, y: FloatArray) -> No
 
 
 @inner
-def null_basis(
-    row_starts: IntArray,
-    columns: IntArray,
-    column_starts: IntArray,
-    factors: FloatArray,
-    heads: FloatArray,
-    work: FloatArray,
-    basis: FloatArray,
-) -> None:
+def null_basis(system: SystemArrays, law: LawArrays) -> None:
     """Write an orthonormal basis of the scaled Jacobian's null space, one motion a row."""
+    row_starts, columns, column_starts = (
+        system.group_row_starts,
+        system.group_columns,
+        system.group_column_starts,
+    )
+    factors, heads, basis = law.factors.ravel(), law.heads, law.basis
     basis[:] = 0.0
     at, row = 0, 0
     for group in range(len(row_starts) - 1):
         first, left = row_starts[group], column_starts[group]
         m, n = row_starts[group + 1] - first, column_starts[group + 1] - left
-        factor, x = factors[at : at + m * n].reshape((m, n)), work[:n]
+        factor, x = factors[at : at + m * n].reshape((m, n)), law.row[:n]
         for r in range(m, n):
             x[:] = 0.0
             x[r] = 1.0

@@ -3,7 +3,7 @@ import builtins
 import numpy as np
 import pytest
 
-from graspbench.bench import clik as bench
+from graspbench.bench import clik_step as bench
 from graspbench.errors import ConfigurationError
 from graspbench.manipulation.clik import ClikParameters
 
@@ -21,7 +21,7 @@ def test_rows_name_every_case_and_the_peer_is_optional():
 
 
 def test_all_three_tasks_are_on_in_the_measured_step():
-    law, joints, variables = bench.allegro_case(bench.allegro(), ClikParameters(), bench.TASKS)
+    law, joints, variables = bench.allegro_case(bench.allegro(), ClikParameters(), bench.SECONDARY_TASKS)
     law.velocity(1.0, joints, variables)
     assert law.system.n_contacts == 4
     assert np.all(law.activations > 0.0)

@@ -28,11 +28,11 @@ from graspbench.manipulation.integration import INTEGRATORS, step
 from graspbench.manipulation.loop import simulate
 from graspbench.manipulation.manipulate import hand_tree
 from graspbench.manipulation.motion import MotionParameters, object_motion
-from graspbench.manipulation.task import build_tasks
+from graspbench.manipulation.secondary_task import build_tasks
 
 Method = Literal["pseudo_inverse", "transpose"]
 
-TASKS = {
+SECONDARY_TASKS = {
     "joint_limit": {"priority": 0, "margin": 0.4, "start_s": -9.0},
     "fingertip_distance": {
         "priority": 1, "first": 1, "second": 2, "minimum_m": 0.02, "threshold_m": 0.08, "start_s": -9.0,
@@ -55,10 +55,10 @@ def run(output_dir: Path | None = None, *, repeats: int = 3000, peer: bool = Tru
     hand = allegro()
     rows: list[dict[str, object]] = []
     for label, parameters, tasks in (
-        ("pseudo_inverse, 3 tasks", ClikParameters(integrator="euler"), TASKS),
+        ("pseudo_inverse, 3 tasks", ClikParameters(integrator="euler"), SECONDARY_TASKS),
         ("pseudo_inverse, no task", ClikParameters(integrator="euler"), {}),
         ("transpose, no task", ClikParameters(method="transpose", integrator="euler"), {}),
-        ("qp, 3 tasks", ClikParameters(method="qp", integrator="euler"), TASKS),
+        ("qp, 3 tasks", ClikParameters(method="qp", integrator="euler"), SECONDARY_TASKS),
     ):
         case = allegro_case(hand, parameters, tasks)
         times = _time(partial(_step, *case), repeats)

@@ -1,15 +1,26 @@
 """The charts' formulas, compiled: point, first and second derivatives, Gauss frame and matrix C."""
 
 import math
+from enum import IntEnum
 
 import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.compiled import compiled, inner
 
-PLANE, SPHERE, ELLIPSOID, CYLINDER, REVOLUTION, PATCH = range(6)
 HEADER = 12
 """Numbers before a chart's own ones: its rotation and origin in the object frame."""
+
+
+class ChartKind(IntEnum):
+    """Which formula a chart has."""
+
+    PLANE = 0
+    SPHERE = 1
+    ELLIPSOID = 2
+    CYLINDER = 3
+    REVOLUTION = 4
+    PATCH = 5
 
 
 @compiled
@@ -17,20 +28,20 @@ def chart_derivatives(kind: int, p: FloatArray, u: float, v: float, out: FloatAr
     """Write c, c_u, c_v, c_uu, c_uv, c_vv in the object frame into ``out``, shape (6, 3).
 
     Args:
-        kind: One of the constants above.
+        kind: A `ChartKind`.
         p: The chart's numbers (`charts.Chart.parameters`).
         u: First coordinate.
         v: Second coordinate.
         out: The result.
     """
     d = np.zeros((6, 3))
-    if kind == PLANE:
+    if kind == ChartKind.PLANE:
         d[0, 0], d[0, 1] = u, v
         d[1, 0] = 1.0
         d[2, 1] = 1.0
-    elif kind == ELLIPSOID:
+    elif kind == ChartKind.ELLIPSOID:
         _ellipsoid(p[HEADER], p[HEADER + 1], p[HEADER + 2], u, v, d)
-    elif kind == PATCH:
+    elif kind == ChartKind.PATCH:
         _patch(p[HEADER:], u, v, d)
     else:
         _revolution(kind, p[HEADER:], u, v, d)
@@ -46,10 +57,10 @@ def _revolution(kind: int, p: FloatArray, u: float, v: float, d: FloatArray) -> 
     """Spheres, cylinders and splined profiles: c = (rho(v) cos u, rho(v) sin u, zeta(v))."""
     rho, rho1, rho2 = p[0], 0.0, 0.0
     zeta, zeta1, zeta2 = v, 1.0, 0.0
-    if kind == SPHERE:
+    if kind == ChartKind.SPHERE:
         rho, rho1, rho2 = p[0] * math.cos(v), -p[0] * math.sin(v), -p[0] * math.cos(v)
         zeta, zeta1, zeta2 = p[0] * math.sin(v), p[0] * math.cos(v), -p[0] * math.sin(v)
-    elif kind == REVOLUTION:
+    elif kind == ChartKind.REVOLUTION:
         pieces = int(p[0])
         piece = min(max(int(v * pieces), 0), pieces - 1)
         t = v - piece / pieces

@@ -1,7 +1,9 @@
 """Secondary tasks: the interface, and what all of them share (thesis 4.4).
 
-A new task is one small file in `graspbench.manipulation.tasks`: a frozen dataclass of its parameters,
-registered under its name, with one method that gives error and Jacobian at a state.
+A new task is one small file in `graspbench.manipulation.tasks`, or in another distribution under the entry
+point group ``graspbench.task``: a frozen dataclass of its parameters, registered under its name. A
+`SecondaryTask` gives error and Jacobian at a state in Python; a `CompiledTask` has a kernel for that
+in the same file (`tasks.joint_limit` is written to be copied).
 """
 
 from abc import ABC, abstractmethod
@@ -9,14 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError
+from graspbench.manipulation.compiled.control_step import evaluate_task
+from graspbench.manipulation.compiled.step_records import TaskArrays, TaskTable
+from graspbench.manipulation.compiled.task_kernel import TaskKernel
+from graspbench.manipulation.compiled.task_rows import smooth_step
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
-from graspbench.manipulation.law_arrays import new_task_blocks, task_arrays
-from graspbench.manipulation.task_kernels import IN_PYTHON, evaluate_task, smooth_step
 from graspbench.registry import Registry
 
 
@@ -38,7 +41,7 @@ class TaskValue(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task(ABC):
+class SecondaryTask(ABC):
     """What every secondary task has."""
 
     priority: Annotated[int, Field(ge=0, description="Rank among the tasks, 0 is the first")] = 0
@@ -51,6 +54,19 @@ class Task(ABC):
     def evaluate(self, state: State) -> TaskValue | None:
         """Return the task's value at ``state``, or None where it is off."""
 
+    def new_arrays(
+        self, kind: type[TaskArrays], rows: int, n_variables: int, given: Mapping[str, Any]
+    ) -> TaskArrays:
+        """Return memory for the task's rows, and for what else its kind has."""
+        return kind(
+            sizes={"rows": rows, "variables": n_variables},
+            gain=self.gain,
+            start_s=self.start_s,
+            end_s=self.end_s,
+            ramp_s=self.ramp_s,
+            **given,
+        )
+
     def presence(self, time_s: float) -> float:
         """Return how much the task takes part at a time, 0 to 1, smooth."""
         if self.start_s + self.ramp_s <= time_s <= self.end_s:
@@ -60,68 +76,56 @@ class Task(ABC):
 
 
 class PackedTask(NamedTuple):
-    """A task as `task_kernels` reads it.
+    """A compiled task for a system.
 
     Attributes:
-        indices: Integers of its kind.
-        numbers: Numbers of its kind.
-        rows: The most rows it can have.
+        rows: How many rows it can have at most.
+        given: What its kernel reads: the fields that its own `TaskArrays` adds, by name.
     """
 
-    indices: Sequence[int]
-    numbers: Sequence[float] | FloatArray
     rows: int
+    given: Mapping[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompiledTask(Task):
-    """A task whose rows compiled code writes; it costs a control step next to nothing."""
+class CompiledTask(SecondaryTask):
+    """A task whose rows a compiled kernel writes; it costs a control step next to nothing."""
 
-    KIND: ClassVar[int]
+    KERNEL: ClassVar[TaskKernel]
     SEPARATE_ROWS: ClassVar[bool] = False
 
     @abstractmethod
     def packed(self, system: ManipulationSystem) -> PackedTask:
-        """Return the task's numbers for a system.
+        """Return what the kernel reads for a system.
 
         Raises:
-            ConfigurationError: The task names joints, fingers or contacts that the system does not have.
+            ConfigurationError: The task does not fit the system: it names joints, fingers or contacts that
+                there are not.
         """
+
+    def arrays(self, system: ManipulationSystem) -> TaskArrays:
+        """Return the task's memory for a system."""
+        rows, given = self.packed(system)
+        return self.new_arrays(self.KERNEL.arrays, rows, system.n_variables, given)
 
     def evaluate(self, state: State) -> TaskValue | None:
         """Return the task's value at ``state``, or None where it is off."""
-        blocks = pack_tasks([self], [self.packed(state.system)], state.system.n_variables)
-        evaluate_task(*state.system.memory, state.memory, *blocks)
-        arrays = task_arrays(*blocks)
-        rows = slice(0, int(arrays.counts[0]))
-        if rows.stop == 0:
+        arrays = self.arrays(state.system)
+        table = TaskTable(
+            kernels=[self.KERNEL.address], blocks=[arrays.address], separate=[self.SEPARATE_ROWS]
+        )
+        evaluate_task(state.system.arrays.block, state.block, table.block, 0)
+        count = int(table.counts[0])
+        if count == 0:
             return None
-        value, error, activation = arrays.figures[rows].T
-        at_once = activation if self.SEPARATE_ROWS else float(activation[0])
-        return TaskValue(value, arrays.jacobian[rows], error, at_once)
+        activation = arrays.activations[:count] if self.SEPARATE_ROWS else float(arrays.activations[0])
+        return TaskValue(arrays.values[:count], arrays.jacobian[:count], arrays.errors[:count], activation)
 
 
-def pack_tasks(
-    tasks: Sequence[Task], packed: Sequence[PackedTask], n_variables: int
-) -> tuple[FloatArray, IntArray]:
-    """Return the two blocks of memory of tasks, which `law_arrays.task_arrays` takes apart."""
-    table, separate = np.zeros((len(tasks), 4), dtype=np.int64), np.zeros(len(tasks), dtype=np.int64)
-    indices, numbers, rows = list[int](), list[float](), 0
-    for t, (task, own) in enumerate(zip(tasks, packed, strict=True)):
-        kind = task.KIND if isinstance(task, CompiledTask) else IN_PYTHON
-        table[t] = kind, len(indices), len(numbers), rows
-        separate[t] = isinstance(task, CompiledTask) and task.SEPARATE_ROWS
-        indices += own.indices
-        numbers += [task.gain, task.start_s, task.end_s, task.ramp_s, *own.numbers]
-        rows += own.rows
-    given = np.array(indices, dtype=np.int64), np.array(numbers, dtype=np.float64)
-    return new_task_blocks(table, separate, *given, rows, n_variables)
+TASKS: Registry[type[SecondaryTask]] = Registry("task", "graspbench.manipulation.tasks")
 
 
-TASKS: Registry[type[Task]] = Registry("task", "graspbench.manipulation.tasks")
-
-
-def build_tasks(options: Mapping[str, Mapping[str, Any]]) -> dict[str, Task]:
+def build_tasks(options: Mapping[str, Mapping[str, Any]]) -> dict[str, SecondaryTask]:
     """Return the tasks of a configuration by name, in order of priority.
 
     Args:
@@ -131,7 +135,7 @@ def build_tasks(options: Mapping[str, Mapping[str, Any]]) -> dict[str, Task]:
     Raises:
         ConfigurationError: A kind is unknown or a parameter is wrong.
     """
-    tasks: dict[str, Task] = {}
+    tasks: dict[str, SecondaryTask] = {}
     for name, given in options.items():
         values = dict(given)
         kind = str(values.pop("kind", name))
