@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
 from graspbench.hand.model import HandModel
@@ -111,9 +112,8 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
         kind = "revolute" if "_r" in name else "prismatic"
         mount.append(strong_joint(name, kind, parent, f"{name}_link", axis))
         parent = f"{name}_link"
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_root_to_wrist
-    mount.append(fixed_joint("wrist_mount", parent, root, pose))
+    rpy = Rotation.from_matrix(rotation_root_to_wrist).as_euler("xyz")
+    mount.append(fixed_joint("wrist_mount", parent, root, (0, 0, 0), rpy))
     mount.extend(robot)
     return ElementTree.tostring(mount, encoding="unicode")
 

@@ -2,6 +2,7 @@
 
 import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
 from pathlib import Path
 
 from graspbench.arrays import FloatArray
@@ -57,14 +58,16 @@ def strong_joint(name: str, kind: str, parent: str, child: str, axis: str) -> El
     return joint
 
 
-def fixed_joint(name: str, parent: str, child: str, pose: FloatArray) -> ElementTree.Element:
-    """Return a joint that holds a link at a pose in its parent, shape (4, 4)."""
+def fixed_joint(
+    name: str, parent: str, child: str, xyz_m: Iterable[float], rpy: Iterable[float]
+) -> ElementTree.Element:
+    """Return a joint that holds a link in its parent: position, and angles about fixed axes, rad."""
     joint = _joint(name, "fixed", parent, child)
     ElementTree.SubElement(
         joint,
         "origin",
-        xyz=" ".join(f"{value:.15g}" for value in pose[:3, 3]),
-        rpy=" ".join(f"{angle:.15g}" for angle in _roll_pitch_yaw(pose[:3, :3])),
+        xyz=" ".join(f"{value:.15g}" for value in xyz_m),
+        rpy=" ".join(f"{angle:.15g}" for angle in rpy),
     )
     return joint
 
@@ -76,7 +79,7 @@ def _joint(name: str, kind: str, parent: str, child: str) -> ElementTree.Element
     return joint
 
 
-def _roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
+def roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
     """Return angles about fixed axes x, y, z as URDF has them, also where two of them do the same."""
     r = rotation
     cosine = math.hypot(r[0, 0], r[1, 0])
