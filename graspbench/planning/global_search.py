@@ -5,16 +5,17 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import IntArray
 from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
-from graspbench.hand.posture import HandPosture
+from graspbench.planning.constraint import GraspConstraint
+from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.planning.search.climb import climb, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
@@ -23,22 +24,6 @@ from graspbench.reconstruction.surface import Surface
 
 GLOBAL_MEASURES = ("q1", "q2", "q3", "mirtich_canny")
 """Measures that can be searched for."""
-
-
-class GraspConstraint(Protocol):
-    """What the search asks of a hand; normals point out of the object."""
-
-    pair_limit_m: float
-
-    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        """Tell which single contacts can be part of any grasp, shape (n,)."""
-        ...
-
-    def place(
-        self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
-    ) -> HandPosture | None:
-        """Return a posture that holds the contacts, or None."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -63,12 +48,8 @@ class SearchParameters:
         float,
         Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
     ] = 0.01
-    phi_cei_deg: Annotated[
-        float, Field(gt=0, le=90, description="mirtich_canny: largest coplanarity error, deg")
-    ] = 15.0
-    phi_eegi_deg: Annotated[
-        float, Field(gt=0, le=20, description="mirtich_canny: largest equilateral error, deg")
-    ] = 10.0
+    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
+    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
 
 
 @dataclass(frozen=True)

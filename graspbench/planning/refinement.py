@@ -20,7 +20,7 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.ascent import Measure
-from graspbench.planning.global_search import GraspConstraint
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.parameters import RefineParameters
 from graspbench.reconstruction.surface import Surface
 
