@@ -99,9 +99,6 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
     Args:
         hand: The hand.
         rotation_root_to_wrist: How the hand's root link is fixed to the last wrist link, shape (3, 3).
-
-    Raises:
-        HandError: A mesh file of the URDF cannot be found.
     """
     robot, root = hand_robot(hand)
     mount = ElementTree.Element("robot", robot.attrib)

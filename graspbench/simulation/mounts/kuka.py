@@ -117,9 +117,6 @@ def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
     Args:
         hand: The hand.
         transform_root_to_wrist: Pose of the hand's root link in the last link of the arm, shape (4, 4).
-
-    Raises:
-        HandError: A mesh file of the hand cannot be found.
     """
     path = arm_urdf()
     robot = ElementTree.parse(path).getroot()

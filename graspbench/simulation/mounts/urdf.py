@@ -3,10 +3,8 @@
 import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
-from pathlib import Path
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.inertia import mend_inertias
 
@@ -15,14 +13,8 @@ _MASS_KG, _INERTIA_KGM2 = 0.2, 1e-3
 
 
 def hand_robot(hand: HandModel) -> tuple[ElementTree.Element, str]:
-    """Return the hand's URDF for PyBullet: absolute paths of meshes, possible inertias; and its root link.
-
-    Raises:
-        HandError: A mesh file of the URDF cannot be found.
-    """
+    """Return the hand's URDF for PyBullet, with possible inertias, and its root link."""
     robot = ElementTree.parse(hand.urdf_path).getroot()
-    for mesh in robot.iter("mesh"):
-        mesh.set("filename", str(_mesh_path(hand, mesh.get("filename", ""))))
     mend_inertias(robot)
     children = {
         _attribute(joint, "child") for joint in robot.iter("joint") if joint.find("child") is not None
@@ -87,20 +79,6 @@ def roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
     if cosine > 1e-9:
         return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
     return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
-
-
-def _mesh_path(hand: HandModel, name: str) -> Path:
-    if name.startswith("package://"):
-        candidates = [folder / name.removeprefix("package://") for folder in hand.package_dirs]
-    else:
-        plain = Path(name.removeprefix("file://"))
-        candidates = [plain if plain.is_absolute() else hand.urdf_path.parent / plain]
-    for path in candidates:
-        if path.is_file():
-            return path
-    raise HandError(
-        f"mesh '{name}' of hand '{hand.name}' is not found", remedy="check hand.package_dirs", mesh=name
-    )
 
 
 def _attribute(joint: ElementTree.Element, tag: str) -> str:
