@@ -44,6 +44,15 @@ class ExecutedResult(Part):
     planned_friction: Annotated[Number, About("Coulomb coefficient that the grasp was planned with")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
     time_s: Annotated[Number, About("Simulated time")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
     ] = field(default_factory=dict)
@@ -86,6 +95,15 @@ class PlayedResult(Part):
     torsional_friction_m: Annotated[Number, About("Torque about the contact normal per normal force")]
     planned_friction: Annotated[Number, About("Coulomb coefficient that the grasp was planned with")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("Squeeze, lift, hold and the motion", empty=_NOT_REACHED)
     ] = field(default_factory=dict)
