@@ -79,12 +79,14 @@ def _report(
     target: Path,
 ) -> tuple[list["Table"], list[Path]]:
     from graspbench.experiment import load_results, results_frame
-    from graspbench.experiment.store import parquet_bytes, write_atomically
     from graspbench.report import comparison_table, write_tables
     from graspbench.report.correlations import correlation_table
     from graspbench.report.groups import group_table
+    from graspbench.results.columns import parquet_bytes
+    from graspbench.results.store import write_atomically
 
-    frame = results_frame(load_results(folders))
+    loaded = load_results(folders)
+    frame = results_frame(loaded.results, loaded.folders)
     group, stat, value = grouping
     shown = [comparison_table(frame)]
     if group:
@@ -116,7 +118,7 @@ def _compare(
 
     if len(folders) != 2:
         raise ConfigurationError("--compare takes two folders", remedy="graspbench report --compare A B")
-    first, second = (results_frame(load_results([folder])) for folder in folders)
+    first, second = (results_frame(load_results([folder]).results) for folder in folders)
     names = (folders[0].resolve().name, folders[1].resolve().name)
     table = compare_experiments(first, second, values, names)
     return [table], list(write_tables([table], target, [name for name in formats if name in _TABLES]))

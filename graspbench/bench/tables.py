@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from graspbench.bench.result import BenchResult
-from graspbench.experiment.store import write_atomically
 from graspbench.report.tables import Table, plain_table, to_markdown, write_tables
+from graspbench.results.store import write_atomically
 
 
 def bench_tables(result: BenchResult) -> tuple[Table, ...]:

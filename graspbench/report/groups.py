@@ -31,6 +31,7 @@ def group_table(
     Raises:
         ConfigurationError: A column or a statistic is unknown.
     """
+    trials, everything = trials[trials[c.STATUS] != c.UNREADABLE], trials
     chosen = [find_column(trials, name) for name in values] or [
         name for name in c.SUMMARISED if name in trials and c.numbers(trials, name).notna().any()
     ]
@@ -47,7 +48,7 @@ def group_table(
         tuple(_plain(record) for record in grouped.to_dict("records")),
         (
             *_statistic_notes(statistic, rates),
-            *status_notes(trials),
+            *status_notes(everything),
             *success_notes(trials),
             *trial_notes(trials, keys),
         ),

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
+from graspbench.grasp.quality import THESIS_MEASURES
 from graspbench.planning import grip_geometry
-from graspbench.report.columns import MEASURES
 from graspbench.report.comparison import TITLE, thesis_ratio
 from graspbench.report.tables import Column, Table
 
@@ -35,7 +35,7 @@ COLUMNS = (
 )
 """What people see; the columns that follow from others are left out where room is short."""
 
-Result = Mapping[str, Any]
+Result = Any
 
 
 def comparison_rows(result: Result) -> list[dict[str, Any]]:
@@ -46,7 +46,7 @@ def comparison_rows(result: Result) -> list[dict[str, Any]]:
     """
     if result["status"] != "done":
         return []
-    return [_row(result, measure) for measure in MEASURES if measure in result["global"]]
+    return [_row(result, measure) for measure in THESIS_MEASURES if measure in result["global"]]
 
 
 def contacts(found: Result) -> FloatArray:
@@ -132,9 +132,9 @@ def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) 
 
 def _row(result: Result, measure: str) -> dict[str, Any]:
     local, found = result["local"], result["global"][measure]
-    refined = result.get("refined", {}).get(measure)
+    refined = result["refined"].get(measure)
     gain, name = result["index"].get("k_cm"), result["object"]["name"]
-    known = "contacts" in found and found["value"] > 0
+    known = bool(found["contacts"]) and found["value"] > 0
     ratio = local[measure] / found["value"] if known else None
     thesis = thesis_ratio(gain, name, result["index"]["name"], measure)
     serial_s = local["reconstruction_time_s"] + found["time_s"]

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from graspbench.errors import ConfigurationError
-from graspbench.experiment.store import write_atomically
 from graspbench.report.tables.csv_format import to_csv
 from graspbench.report.tables.latex_format import to_latex
 from graspbench.report.tables.markdown_format import to_markdown
 from graspbench.report.tables.model import Table
+from graspbench.results.store import write_atomically
 
 _WRITERS: dict[str, tuple[str, Callable[[Table], str]]] = {
     "csv": ("csv", to_csv),
