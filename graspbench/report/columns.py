@@ -19,6 +19,7 @@ INDEX, GAIN = "index.name", "index.k_cm"
 PLANNING_TIME = "local.time_s"
 VERSION, COMMIT, DIRTY = "provenance.graspbench", "provenance.git.commit", "provenance.git.dirty"
 MEASURES = THESIS_MEASURES
+CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION = "quality.contact", "quality.friction", "execution.friction"
 DONE, UNREADABLE = "done", "unreadable"
 
 _RATIOS = tuple(f"ratio.{measure}" for measure in MEASURES)
