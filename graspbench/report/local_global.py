@@ -8,7 +8,6 @@ from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
 from graspbench.planning import grip_geometry
-from graspbench.report.columns import MEASURES
 from graspbench.report.comparison import TITLE, thesis_ratio
 from graspbench.report.tables import Column, Table
 from graspbench.results.grasp_results import GraspResult
