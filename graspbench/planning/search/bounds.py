@@ -77,7 +77,7 @@ def bound_tuples(
 
 
 @compiled
-def support_bounds(clusters: IntArray, table: FloatArray, minkowski: bool, lower: float) -> FloatArray:
+def largest_balls(clusters: IntArray, table: FloatArray, minkowski: bool, lower: float) -> FloatArray:
     """Return upper bounds of Q3 of tuples of clusters, shape (m,); at or below ``lower`` they are not exact.
 
     Args:
