@@ -72,12 +72,14 @@ def _report(
     target: Path,
 ) -> tuple[str, list[Path]]:
     from graspbench.experiment import load_results, results_frame
-    from graspbench.experiment.store import parquet_bytes, write_atomically
     from graspbench.report import comparison_table, write_table
     from graspbench.report.groups import correlation_table, frame_markdown, group_table
     from graspbench.report.tables import table_markdown
+    from graspbench.results.columns import parquet_bytes
+    from graspbench.results.store import write_atomically
 
-    frame = results_frame(load_results(folders))
+    loaded = load_results(folders)
+    frame = results_frame(loaded.results, loaded.folders)
     group, stat, value = grouping
     grouped = group_table(frame, group, stat, value) if group else None
     tables = [name for name in formats if name in _TABLES]
@@ -115,7 +117,7 @@ def _compare(
 
     if len(folders) != 2:
         raise ConfigurationError("--compare takes two folders", remedy="graspbench report --compare A B")
-    first, second = (results_frame(load_results([folder])) for folder in folders)
+    first, second = (results_frame(load_results([folder]).results) for folder in folders)
     table, keys = compare_experiments(first, second, values)
     title = f"A {folders[0].name} against B {folders[1].name}, paired by {', '.join(keys)}"
     tables = [name for name in formats if name in _TABLES]
@@ -125,8 +127,8 @@ def _compare(
 def _write_frame(
     table: "pd.DataFrame", title: str, name: str, formats: list[str], target: Path
 ) -> list[Path]:
-    from graspbench.experiment.store import write_atomically
     from graspbench.report.groups import frame_latex, frame_markdown
+    from graspbench.results.store import write_atomically
 
     paths = []
     for chosen in formats:

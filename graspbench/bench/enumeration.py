@@ -11,8 +11,8 @@ from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
 from graspbench.grasp.quality import QualityParameters
 from graspbench.grasp.wrench import wrench_maps
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
-from graspbench.planning.search.referee import GraspConstraint
 from graspbench.reconstruction import Surface
 
 _BLOCK = 4096

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from graspbench.bench.result import BenchResult
-from graspbench.experiment.store import write_atomically
+from graspbench.results.store import write_atomically
 
 
 def write_tables(result: BenchResult, output_dir: Path) -> tuple[Path, ...]:

@@ -15,13 +15,15 @@ from graspbench.errors import ConfigurationError
 from graspbench.grasp.closure import force_closure
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.mirtich_canny_optimum import largest_outer_triangle
+from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.planning.search.climb import Climber, ContactsInTurn, Place, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import Objective, make_objective
-from graspbench.planning.search.referee import GraspConstraint, Referee
+from graspbench.planning.search.referee import Referee
 from graspbench.reconstruction.surface import Surface
 
 GlobalMeasure: TypeAlias = Literal["q1", "q2", "q3", "mirtich_canny"]
@@ -52,12 +54,8 @@ class SearchParameters:
         float,
         Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
     ] = 0.01
-    phi_cei_deg: Annotated[
-        float, Field(gt=0, le=90, description="mirtich_canny: largest coplanarity error, deg")
-    ] = 15.0
-    phi_eegi_deg: Annotated[
-        float, Field(gt=0, le=20, description="mirtich_canny: largest equilateral error, deg")
-    ] = 10.0
+    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
+    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
 
 
 @dataclass(frozen=True)

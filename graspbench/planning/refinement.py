@@ -18,11 +18,12 @@ from graspbench.arrays import IntArray
 from graspbench.errors import ConfigurationError, PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import THESIS_MEASURES, QualityParameters
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.parameters import RefineParameters
 from graspbench.planning.search.climb import PROGRESS, Climber, Place
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import make_objective
-from graspbench.planning.search.referee import GraspConstraint, Referee
+from graspbench.planning.search.referee import Referee
 from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.surface import Surface
 

@@ -37,7 +37,7 @@ COLUMNS = (
 
 _NOT_IN_LATEX = ("optimal", "met", "speedup")  # follow from the others; a page is narrow
 
-Result = Mapping[str, Any]
+Result = Any
 
 
 def comparison_rows(result: Result) -> list[dict[str, Any]]:
@@ -136,9 +136,9 @@ def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -
 
 def _row(result: Result, measure: str) -> dict[str, Any]:
     local, found = result["local"], result["global"][measure]
-    refined = result.get("refined", {}).get(measure)
+    refined = result["refined"].get(measure)
     gain, name = result["index"].get("k_cm"), result["object"]["name"]
-    known = "contacts" in found and found["value"] > 0
+    known = bool(found["contacts"]) and found["value"] > 0
     ratio = local[measure] / found["value"] if known else None
     thesis = _thesis_ratio(gain, name, result["index"]["name"], measure)
     serial_s = local["reconstruction_time_s"] + found["time_s"]

@@ -1,27 +1,10 @@
 """Who may hold a grasp: the hand, asked about one grasp at a time."""
 
-from typing import Protocol
-
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import IntArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.posture import HandPosture
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.reconstruction.surface import Surface
-
-
-class GraspConstraint(Protocol):
-    """What a search asks of a hand; normals point out of the object."""
-
-    pair_limit_m: float
-
-    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        """Tell which single contacts can be part of any grasp, shape (n,)."""
-        ...
-
-    def place(
-        self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
-    ) -> HandPosture | None:
-        """Return a posture that holds the contacts, or None."""
-        ...
 
 
 class Referee:
