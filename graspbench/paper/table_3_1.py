@@ -95,7 +95,8 @@ def _write(
         found = comparison_rows(result)
         _explain(trial.config, result, found, folder, say)
         rows += found
-    notes = [_settings(trials[0].config), *failed]
+    models = dict.fromkeys(trial.config.quality.describe() for trial in trials)
+    notes = [_settings(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
     write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:

@@ -8,6 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
 from graspbench.planning import grip_geometry
+from graspbench.report.columns import MEASURES
 from graspbench.report.comparison import TITLE, thesis_ratio
 from graspbench.report.tables import Column, Table
 from graspbench.results.grasp_results import GraspResult
@@ -87,7 +88,9 @@ def reason(row: Mapping[str, Any], result: TrialResult, span_m: float) -> str:
         gap = contact_distance_m(contacts(result.refined[row["measure"].lower()]), contacts(found))
         text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
     if not row["optimal"] and row["gap"] is not None:
-        text += f"; the optimum is known within {100 * row['gap']:.0f} % only"
+        text += f"; the optimum is known within {100 * row['gap']:.1f} % only"
+        if found["optimal_up_to_solver"]:
+            text += f": {found['doubtful']} better grasps were refused by the posture solver, no proof"
     return text[0].upper() + text[1:] + "."
 
 

@@ -54,8 +54,8 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
     with planned_trial(config, clock) as trial:
         with clock.stage("record"):
             _record_plan(log, trial)
-        best = _plan_global(config, trial, clock)
         refined = _refine(config, trial, clock)
+        best = _plan_global(config, trial, refined, clock)
         paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
@@ -74,8 +74,13 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
     return result
 
 
-def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure, under the same constraints."""
+def _plan_global(
+    config: TrialConfig, trial: PlannedTrial, refined: Mapping[str, RefinedGrasp], clock: StageClock
+) -> dict[str, GlobalResult]:
+    """Search the finished surface for the best grasp by each measure, under the same constraints.
+
+    The search begins with all grasps that are known, so none of them is better than its bound.
+    """
     if not config.search.enabled:
         return {}
 
@@ -88,7 +93,7 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
             config.search,
             checker=trial.checker,
             centre_tolerance_m=_centre_tolerance(config, trial),
-            starts=(trial.plan.grasp,),
+            starts=(trial.plan.grasp, *(found.grasp for found in refined.values())),
         )
 
     return {
