@@ -96,13 +96,26 @@ class PlannerParameters:
         int,
         Field(ge=1, le=11, description="Planes of the first grasp to try when the best grasp is selected"),
     ] = 11
+    followers: Annotated[
+        int,
+        Field(
+            ge=1,
+            description="Grasps that follow the surface until it rests; 1: the thesis' single one, with the hand",
+        ),
+    ] = 24
+    restart: Annotated[
+        bool, Field(description="Plan by multi-start on the finished surface too (restarted.*)")
+    ] = False
     candidates: Annotated[
         int, Field(ge=1, description="Grasps, the hand included, to choose the best from")
     ] = 4
     select: Annotated[
         Literal["first", "index", "quality"],
-        Field(description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"),
-    ] = "quality"
+        Field(
+            description="Which grasp to keep: what the single follower becomes, or else the first that works; "
+            "the best by the index; or the best by Q1 Q2 Q3"
+        ),
+    ] = "index"
     max_moves: Annotated[
         int, Field(ge=1, description="Moves on one surface after which the planner gives up")
     ] = 500
