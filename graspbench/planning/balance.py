@@ -6,9 +6,9 @@ because one error hides another, so every term is projected by itself; what is l
     U = sum_i  (k_pi d_i / l + k_cm h / l) |n'| + k_e |e_i| / a |t_i'| + k_a |u_i'|  -  k_r mean(r_i) / r,
 
 is the imbalance, in N: d_i, h, e_i, r_i and r as in `graspbench.planning.indices.force_field`, n the grip
-plane's normal, u_i outwards from c^PI to the contact, t_i = n x u_i, and x' the part of the unit vector x that
-is tangential to the surface. Without the last term U is zero just where the contacts lie at equal angles in
-one plane through the centroid, with surface normals that all point away from c^PI. The last term prefers
+plane's normal, u_i outwards from c^PI to the contact, t_i = n x u_i, and x' the part of the unit vector x
+that is tangential to the surface. Without the last term U is zero just where the contacts lie at equal angles
+in one plane through the centroid, with surface normals that all point away from c^PI. The last term prefers
 large grasps.
 """
 

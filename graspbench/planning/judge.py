@@ -1,4 +1,4 @@
-"""What becomes of a local optimum: a grasp that the hand holds and that is force closure, or a reason why not."""
+"""What becomes of a local optimum: a closed grasp that the hand holds, or a reason why it is none."""
 
 from collections import Counter
 from collections.abc import Iterator

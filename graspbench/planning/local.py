@@ -233,7 +233,7 @@ def _plan(
 
 
 def _followed(follower: Follower, last: Surface) -> tuple[float, float]:
-    """Return which share of the contacts was there before the surface came to rest, and how far off all were."""
+    """Return which share of the contacts was there before the surface rested, and how far off all were."""
     before = follower.followed
     if before is None:
         return 0.0, 0.0

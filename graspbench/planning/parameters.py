@@ -35,15 +35,25 @@ class BarrierParameters:
     ] = 0.006
     strength_n: Annotated[
         float, Field(ge=0, description="Force of each term where it is half-way to the margin")
-    ] = 0.2
+    ] = 0.02
 
 
 @dataclass(frozen=True)
 class PathParameters:
     """How the fingertips get from their via points to the contacts (thesis 3.5)."""
 
+    filter: Annotated[
+        Literal["path", "causal"],
+        Field(
+            description="Spatial filter of the via points: over the whole way that led to the grasp, or a "
+            "low-pass that knows only what came before"
+        ),
+    ] = "path"
+    max_turning_deg: Annotated[
+        float, Field(gt=0, description="path: how far a tip may turn in all on its way to the contact")
+    ] = 90.0
     filter_gain: Annotated[
-        float, Field(gt=0, le=1, description="Gain of the spatial low-pass over the via points; 1: no filter")
+        float, Field(gt=0, le=1, description="causal: gain of the low-pass; 1: no filter")
     ] = 0.5
     tip_speed_m_s: Annotated[float, Field(gt=0, description="Mean speed of the fastest tip on its way")] = (
         0.15
@@ -100,9 +110,9 @@ class PlannerParameters:
         int,
         Field(
             ge=1,
-            description="Grasps that follow the surface until it rests; 1: the thesis' single one, with the hand",
+            description="Grasps that follow the surface until it rests; 1: the thesis' single one",
         ),
-    ] = 24
+    ] = 48
     restart: Annotated[
         bool, Field(description="Plan by multi-start on the finished surface too (restarted.*)")
     ] = False
@@ -112,8 +122,8 @@ class PlannerParameters:
     select: Annotated[
         Literal["first", "index", "quality"],
         Field(
-            description="Which grasp to keep: what the single follower becomes, or else the first that works; "
-            "the best by the index; or the best by Q1 Q2 Q3"
+            description="Which grasp to keep: what a single follower becomes, or else the first that "
+            "works; the best by the index; or the best by Q1 Q2 Q3"
         ),
     ] = "index"
     max_moves: Annotated[

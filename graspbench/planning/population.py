@@ -2,8 +2,8 @@
 
 All first grasps of all planes move on every surface, by the index alone: the ground and the fingertip's own
 size say where contacts may be, the hand's span which grasps come first. Grasps that meet become one, and as
-the surface tightens the worse ones are given up, so that there is a best grasp at every step. When the surface
-is at rest, what has followed is polished, and the hand takes the best one that it can hold.
+the surface tightens the worse ones are given up, so that there is a best grasp at every step. When the
+surface is at rest, what has followed is polished, and the hand takes the best one that it can hold.
 """
 
 import numpy as np

@@ -21,6 +21,7 @@ COLUMNS = (
     Column("k_cm", "k_cm", "$k_{cm}$", 0),
     Column("measure", "measure", ""),
     Column("local", "local", "local", 3),
+    Column("restarted", "restarted", "restarted", 3),
     Column("refined", "refined", "refined", 3),
     Column("global", "global", "global", 3),
     Column("gap", "gap", "gap", 3),
@@ -28,6 +29,7 @@ COLUMNS = (
     Column("ratio", "local / global", "loc./gl.", 3),
     Column("thesis", "thesis", "thesis", 3),
     Column("met", "met", "met"),
+    Column("ratio_restarted", "restarted / global", "rest./gl.", 3),
     Column("ratio_refined", "refined / global", "ref./gl.", 3),
     Column("serial_s", "serial, s", "ser. [s]", 2),
     Column("parallel_s", "parallel, s", "par. [s]", 2),
@@ -97,9 +99,12 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the rows say in all."""
     ratios = [row["ratio"] for row in rows if row["ratio"] is not None]
     refined = [row["ratio_refined"] for row in rows if row["ratio_refined"] is not None]
+    restarted = [row["ratio_restarted"] for row in rows if row["ratio_restarted"] is not None]
     thesis = [row for row in rows if row["thesis"] is not None]
     return {
         "mean_ratio": float(np.mean(ratios)) if ratios else None,
+        "tenth_percentile_ratio": float(np.quantile(ratios, 0.1)) if ratios else None,
+        "mean_ratio_restarted": float(np.mean(restarted)) if restarted else None,
         "mean_ratio_refined": float(np.mean(refined)) if refined else None,
         "thesis_cells": len(thesis),
         "thesis_cells_met": sum(row["met"] == "yes" for row in thesis),
@@ -114,9 +119,11 @@ def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -
     """Return the whole table as file contents by file name, with what it says in all below it."""
     told = summary(rows)
     sentences = [
-        "Each measure's global optimum against the local grasp evaluated with the same measure, and against "
-        "that grasp after ascent of the measure.",
-        f"Mean local / global {_percent(told['mean_ratio'])}, refined / global "
+        "Local: the grasp that followed the surface while it formed, evaluated with the measure. Restarted: "
+        "a multi-start on the finished surface. Refined: the local grasp after ascent of the measure.",
+        f"Mean local / global {_percent(told['mean_ratio'])} (tenth percentile "
+        f"{_percent(told['tenth_percentile_ratio'])}), restarted / global "
+        f"{_percent(told['mean_ratio_restarted'])}, refined / global "
         f"{_percent(told['mean_ratio_refined'])}; {told['thesis_cells_met']} of {told['thesis_cells']} cells "
         f"reach the thesis' ratio, {told['refined_cells_met']} of {told['refined_cells']} refined ones "
         f"{REFINED_GOAL:g}; {told['certified_cells']} of {told['cells']} optima certified.",
@@ -136,7 +143,7 @@ def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -
 
 def _row(result: Result, measure: str) -> dict[str, Any]:
     local, found = result["local"], result["global"][measure]
-    refined = result["refined"].get(measure)
+    refined, restarted = result["refined"].get(measure), result["restarted"]
     gain, name = result["index"].get("k_cm"), result["object"]["name"]
     known = bool(found["contacts"]) and found["value"] > 0
     ratio = local[measure] / found["value"] if known else None
@@ -148,6 +155,7 @@ def _row(result: Result, measure: str) -> dict[str, Any]:
         "k_cm": gain,
         "measure": measure.upper(),
         "local": local[measure],
+        "restarted": restarted[measure] if restarted else None,
         "refined": refined["value"] if refined else None,
         "global": found["value"] if known else None,
         "upper_bound": found["upper_bound"],
@@ -156,6 +164,9 @@ def _row(result: Result, measure: str) -> dict[str, Any]:
         "ratio": ratio,
         "thesis": thesis,
         "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
+        "ratio_restarted": restarted[measure] / found["value"] if restarted and known else None,
+        "found_by": local["found_by"],
+        "followed_share": local["followed_share"],
         "ratio_refined": refined["value"] / found["value"] if refined and known else None,
         "reconstruction_s": local["reconstruction_time_s"],
         "search_s": found["time_s"],
