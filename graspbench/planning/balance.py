@@ -1,15 +1,15 @@
 """How far a grasp is from the equilibrium of the force field, and moves towards it (thesis 3.4.2).
 
 The thesis calls a grasp optimal when no projected force is left at any contact. A sum of forces can vanish
-because one error hides another, so every term is projected by itself; what is left of all of them,
+because one error hides another, so every term is projected by itself. What is left is the imbalance, in N,
 
-    U = sum_i  (k_pi d_i / l + k_cm h / l) |n'| + k_e |e_i| / a |t_i'| + k_a |u_i'|  -  k_r mean(r_i) / r,
+    U = max_i k_a |u_i'| + mean_i ((k_pi d_i + k_cm h) |n'| / l + k_e |e_i| |t_i'| / a) - k_r sqrt(A) / r
 
-is the imbalance, in N: d_i, h, e_i, r_i and r as in `graspbench.planning.indices.force_field`, n the grip
-plane's normal, u_i outwards from c^PI to the contact, t_i = n x u_i, and x' the part of the unit vector x
-that is tangential to the surface. Without the last term U is zero just where the contacts lie at equal angles
-in one plane through the centroid, with surface normals that all point away from c^PI. The last term prefers
-large grasps.
+with d_i, h, e_i and r as in `graspbench.planning.indices.force_field`, n the grip plane's normal, u_i outwards
+from c^PI to the contact, t_i = n x u_i, x' the part of the unit vector x that is tangential to the surface, and
+A the area of the grasp polygon, which the thesis wants large. Without the last term U is zero just where the
+contacts lie at equal angles in one plane through the centroid, with surface normals that all point away from
+c^PI. The push outwards is judged by the contact where most of it is left, as the thesis' threshold does.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
     x, y, z = plane[0][0], plane[0][1], plane[0][2]
     mean = plane[1]
     offset = (centroid[0] - mean[0]) * x + (centroid[1] - mean[1]) * y + (centroid[2] - mean[2]) * z
-    value, reach = 0.0, 0.0
+    errors, worst, area = 0.0, 0.0, 0.0
     for i in range(n_f):
         j = (i + 1) % n_f
         ax, ay, az = points[i, 0] - centroid[0], points[i, 1] - centroid[1], points[i, 2] - centroid[2]
@@ -43,23 +43,24 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
         rise = ax * x + ay * y + az * z
         ax, ay, az = ax - rise * x, ay - rise * y, az - rise * z
         sine = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+        area += 0.5 * sine
         angle = np.arctan2(sine, ax * bx + ay * by + az * bz)
         error = abs((angle if angle >= 0.0 else angle + 2.0 * np.pi) - 2.0 * np.pi / n_f)
         size = np.sqrt(ax * ax + ay * ay + az * az)
-        reach += size
         u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
         across = u * x + v * y + w * z
-        value += (k[0] * abs(rise + offset) + k[1] * abs(offset)) * np.sqrt(max(0.0, 1.0 - across * across))
+        errors += (k[0] * abs(rise + offset) + k[1] * abs(offset)) * np.sqrt(max(0.0, 1.0 - across * across))
         if size == 0.0:
-            value += k[2] * error + k[3]
+            errors += k[2] * error
+            worst = max(worst, k[3])
             continue
         outwards = (u * ax + v * ay + w * az) / size
         onwards = (u * (y * az - z * ay) + v * (z * ax - x * az) + w * (x * ay - y * ax)) / size
-        value += k[2] * error * np.sqrt(max(0.0, 1.0 - onwards * onwards))
+        errors += k[2] * error * np.sqrt(max(0.0, 1.0 - onwards * onwards))
         # Where the surface faces the centroid, no push outwards is ever balanced.
-        tilt = np.sqrt(max(0.0, 1.0 - outwards * outwards))
-        value += k[3] * (tilt if outwards >= 0.0 else 2.0 - tilt)
-    return float(value - k[4] * reach / n_f)
+        left = np.sqrt(max(0.0, 1.0 - outwards * outwards))
+        worst = max(worst, k[3] * (left if outwards >= 0.0 else 2.0 - left))
+    return float(worst + errors / n_f - k[4] * np.sqrt(max(0.0, area)))
 
 
 @compiled

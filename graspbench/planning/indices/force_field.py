@@ -88,8 +88,8 @@ class ForceFieldParameters:
     k_r: Annotated[
         float | None,
         Field(
-            description="balance: what a grasp is worth that is one mean radius of the surface larger, N; "
-            "null: 3, and 0 where quality.wrench_space leaves moments out"
+            description="balance: what the root of the polygon's area is worth, per mean radius of the "
+            "surface, N; null: 3, and 0 where quality.wrench_space leaves moments out"
         ),
     ] = None
 
