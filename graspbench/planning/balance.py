@@ -5,11 +5,12 @@ because one error hides another, so every term is projected by itself. What is l
 
     U = max_i k_a |u_i'| + mean_i ((k_pi d_i + k_cm h) |n'| / l + k_e |e_i| |t_i'| / a) - k_r sqrt(A) / r
 
-with d_i, h, e_i and r as in `graspbench.planning.indices.force_field`, n the grip plane's normal, u_i outwards
-from c^PI to the contact, t_i = n x u_i, x' the part of the unit vector x that is tangential to the surface, and
-A the area of the grasp polygon, which the thesis wants large. Without the last term U is zero just where the
-contacts lie at equal angles in one plane through the centroid, with surface normals that all point away from
-c^PI. The push outwards is judged by the contact where most of it is left, as the thesis' threshold does.
+with d_i, h, e_i and r as in `graspbench.planning.indices.force_field`, n the grip plane's normal, u_i
+outwards from c^PI to the contact, t_i = n x u_i, x' the part of the unit vector x that is tangential to the
+surface, and A the area of the grasp polygon, which the thesis wants large. Without the last term U is zero
+just where the contacts lie at equal angles in one plane through the centroid, with surface normals that all
+point away from c^PI. The push outwards is judged by the contact where most of it is left, as the thesis'
+threshold does.
 """
 
 import numpy as np

@@ -21,8 +21,8 @@ from graspbench.reconstruction.surface import Surface
 MAX_TRIES = 60
 """Grasps that are let settle with the hand at most, when the hand holds none of the best at once."""
 
-SLOW_ROTATIONS = 2
-"""First grasps in each plane for an index that does not climb by itself, move by move is slow."""
+SLOW_STARTS = 8
+"""First grasps for an index that does not climb by itself, one in each of the first planes."""
 
 _TIGHT = 0.02
 """The surface is tightening once its nodes move less than this share of its size from one to the next."""
@@ -112,9 +112,11 @@ class Population:
     def _start(self, surface: Surface) -> None:
         planner = self._judge.planner
         slow = not isinstance(self._judge.index, ClimbingIndex)
-        rotations = min(SLOW_ROTATIONS, planner.rotations) if slow else planner.rotations
+        rotations, planes = (
+            (1, min(SLOW_STARTS, planner.planes)) if slow else (planner.rotations, planner.planes)
+        )
         for count, plane in enumerate(initial_grasps(surface, self._n_f, rotations)):
-            if count < planner.planes:
+            if count < planes:
                 for initial in plane:
                     via = [(surface, initial.vertices)]
                     self._members.append((initial, Follower(initial.vertices, via=via)))

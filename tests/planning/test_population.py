@@ -1,5 +1,7 @@
 """Grasps that follow the surface while it forms."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -39,11 +41,11 @@ def test_there_is_a_best_grasp_at_every_step_and_the_followers_only_get_fewer(su
     assert len(found.steps) == len(surfaces) == found.iterations
     followers = [step.followers for step in found.steps]
     assert followers[0] > 8 >= followers[-1]
-    assert all(later <= earlier for earlier, later in zip(followers, followers[1:], strict=False))
+    assert all(later <= earlier for earlier, later in itertools.pairwise(followers))
     formed = [step.formed for step in found.steps]
     assert formed[0] == 0
     assert formed[-1] == 1
-    assert all(later >= earlier for earlier, later in zip(formed, formed[1:], strict=False))
+    assert all(later >= earlier for earlier, later in itertools.pairwise(formed))
     assert all(len(step.quality) == 3 for step in found.steps)
 
 
