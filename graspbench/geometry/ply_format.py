@@ -59,12 +59,20 @@ def read_ply(file: Path) -> tuple[FloatArray, IntArray]:
                     vertices = np.stack([columns[axis][0] for axis in "xyz"], axis=1).astype(np.float64)
                 for name in _CORNERS:
                     if element.name in ("face", "tristrips") and name in columns:
-                        corners, sizes = (array.astype(np.int64) for array in columns[name])
+                        corners, sizes = _whole(columns[name][0]), columns[name][1]
                         triangles.append(_triangles(file, element, vertices, corners, sizes))
                         break
         except (ValueError, KeyError, IndexError, OverflowError, TypeError):
             raise broken(file, "ply") from None
     return vertices, np.concatenate(triangles)
+
+
+def _whole(values: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> IntArray:
+    """Return numbers as whole ones; a ValueError when one is no vertex's number for sure."""
+    numbers = values.astype(np.float64)
+    if not np.all(np.abs(numbers) <= MAX_VERTICES):  # which is false for what is not a number, too
+        raise ValueError("no number of a vertex")
+    return numbers.astype(np.int64)
 
 
 def _triangles(
@@ -109,7 +117,7 @@ def _header(file: Path, stream: BinaryIO) -> tuple[str, list[_Element]]:
         raise ValueError("no end of the header")
     if not lines or lines[0] != ["ply"]:
         raise broken(file, "ply", "it does not begin with ply")
-    order = next(_ORDERS[words[1]] for words in lines if words[:1] == ["format"])
+    order = _ORDERS[next((words[1] for words in lines if words[:1] == ["format"]), "none")]
     elements: list[_Element] = []
     for words in lines:
         match words:
