@@ -9,6 +9,7 @@ import copy
 import difflib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 import graspbench.conf
+from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, grids_of, keys_of, named_experiment
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
     TASKS_KEY,
@@ -39,6 +41,21 @@ Tree = dict[str, Any]
 CONF_DIR = Path(graspbench.conf.__path__[0])
 
 
+@dataclass(frozen=True)
+class Composed:
+    """A composed configuration and where its values come from.
+
+    Attributes:
+        tree: The configuration, complete with every default, interpolations resolved.
+        choice: The option chosen of each group.
+        overridden: Dotted keys that overrides or an experiment set.
+    """
+
+    tree: Tree
+    choice: Mapping[str, str]
+    overridden: tuple[str, ...]
+
+
 def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
     """Return the options of every configuration group, plug-ins included.
 
@@ -53,7 +70,7 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     for root in filter(None, (CONF_DIR, config_dir)):
         for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
             group = path.parent.relative_to(root).as_posix()
-            if group == "engine":  # of a sweep, not of a trial
+            if group in NO_TRIAL_GROUPS:
                 continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
                 options.setdefault(group, set()).add(path.stem)
@@ -62,12 +79,40 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
 
 
-def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> list[tuple[str, ...]]:
+def experiment_overrides(overrides: Sequence[str], config_dir: Path | None = None) -> list[str]:
+    """Return what the experiment that overrides name sets itself, and the overrides of its grids.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    named = [named_experiment(each) for each in _parse(overrides) if _names(each)]
+    roots = (config_dir, CONF_DIR)
+    found = [f"{key}=" for name in named for key in keys_of(name, roots)]
+    return [*found, *(text for name in named for grid in grids_of(name, roots) for text in grid)]
+
+
+def experiment_only(overrides: Sequence[str]) -> list[str]:
+    """Return the overrides that name an experiment.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    return [text for text, each in zip(overrides, _parse(overrides), strict=True) if _names(each)]
+
+
+def _names(override: Override) -> bool:
+    return bool(override.key_or_group == EXPERIMENT)
+
+
+def expand_sweep(
+    overrides: Sequence[str], config_dir: Path | None = None, primary: Primary = "config"
+) -> list[tuple[str, ...]]:
     """Expand Hydra's sweep grammar into the grid of single trials.
 
     Args:
         overrides: For example ``["object=teddy,bottle", "index.k_cm=0,1", "seed=range(0,3)"]``.
         config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
 
     Returns:
         One tuple of plain overrides a trial; the last override varies fastest.
@@ -75,8 +120,18 @@ def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> li
     Raises:
         ConfigurationError: An override cannot be parsed, or a glob matches nothing.
     """
-    axes = [_axis(override, config_dir) for override in _parse(overrides)]
-    return list(itertools.product(*axes))
+    parsed = _parse(overrides)
+    experiments = [override for override in parsed if _names(override)]
+    names = [named_experiment(override) for override in experiments]
+    cells: dict[tuple[str, ...], None] = {}
+    for grid in grids_of(names[-1] if names else None, (config_dir, CONF_DIR)):
+        given = {override.key_or_group for override in parsed}
+        axes = [
+            _axis(override, config_dir, primary)
+            for override in (*(each for each in _parse(grid) if each.key_or_group not in given), *parsed)
+        ]
+        cells |= dict.fromkeys(itertools.product(*axes))
+    return list(cells)
 
 
 def compose_tree(
@@ -91,6 +146,22 @@ def compose_tree(
 
     Returns:
         The tree, complete with every default, interpolations resolved.
+
+    Raises:
+        ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
+    """
+    return compose_configuration(overrides, config_dir, primary).tree
+
+
+def compose_configuration(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Composed:
+    """Compose the configuration of one trial, and tell what was chosen and what was overridden.
+
+    Args:
+        overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
 
     Raises:
         ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
@@ -121,11 +192,29 @@ def compose_tree(
             values.append(override)
     for group, option in choices.items():
         _check_option(group, option, groups)
-    composed = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
+    composed, chosen = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
     tree = complete_with_defaults(composed, primary)
     for override in values:
         _set_value(tree, override, groups)
-    return _resolved(tree)
+    choice = {group: chosen[group] for group in groups if group in chosen}
+    keys = [*keys_of(choice.get(EXPERIMENT), (config_dir, CONF_DIR)), *(each.key_or_group for each in values)]
+    return Composed(_resolved(tree), choice, tuple(dict.fromkeys(keys)))
+
+
+def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:
+    """Return a complete tree with some of its values set anew; no option of a group can be chosen there.
+
+    Raises:
+        ConfigurationError: An override cannot be read, is no single value, or names no key.
+    """
+    changed = copy.deepcopy(tree)
+    for override in _parse(overrides):
+        if override.is_sweep_override() or override.is_delete():
+            raise ConfigurationError(
+                f"'{override.input_line}' is no single value", remedy="give each key one value"
+            )
+        _set_value(changed, override, {})
+    return changed
 
 
 def _resolved(tree: Tree) -> Tree:
@@ -164,11 +253,11 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
     return parsed
 
 
-def _axis(override: Override, config_dir: Path | None) -> list[str]:
+def _axis(override: Override, config_dir: Path | None, primary: Primary) -> list[str]:
     key = override.get_key_element()
     value: Any = override.value()
     if isinstance(value, Glob):
-        options = group_options(config_dir).get(override.key_or_group, ())
+        options = group_options(config_dir, primary).get(override.key_or_group, ())
         names = value.filter(list(options))
         if not names:
             raise ConfigurationError(
@@ -192,23 +281,38 @@ def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) 
 
 
 @lru_cache(maxsize=1024)
-def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary) -> Tree:
-    """Let Hydra compose the primary configuration with the chosen options."""
+def _compose_groups(
+    choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary
+) -> tuple[Tree, dict[str, str]]:
+    """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
     _store_options_without_file(config_dir)
-    overrides = [f"{group}={option}" for group, option in choices]
+    overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
         overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            composed = OmegaConf.to_container(compose(primary, overrides=overrides))
+            found = compose(primary, overrides=overrides, return_hydra_config=True)
+            chosen = _choices(found.hydra.runtime.choices)
+            sections: Any = [key for key in found if key != "hydra"]
+            composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigurationError(
             f"the configuration cannot be composed ({_first_line(error)})",
             remedy="look at it with 'graspbench config'",
         ) from error
     assert isinstance(composed, dict)
-    return {str(key): value for key, value in composed.items()}
+    return {str(key): value for key, value in composed.items()}, chosen
+
+
+# An experiment's keys are those of the whole configuration, whatever its file says of a package.
+_IN_HYDRA = {EXPERIMENT: f"{EXPERIMENT}@_global_"}
+
+
+def _choices(made: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the option chosen of each group, as Hydra tells it."""
+    ours = {name: group for group, name in _IN_HYDRA.items()}
+    return {ours.get(str(group), str(group)): str(option) for group, option in made.items() if option}
 
 
 def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:

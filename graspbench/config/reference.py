@@ -45,6 +45,13 @@ def configuration_reference() -> str:
     return "\n".join(parts)
 
 
+def key_meanings() -> dict[str, str]:
+    """Return what each key of a trial's and an in-hand motion's configuration means."""
+    kinds = [*((section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS))]
+    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
+    return {key: info[1] for section, kind in kinds for key, info in _described(kind, section)}
+
+
 def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
     lines = [f"## {title or section}", "", _first_line(kind), ""]
     if options:
@@ -66,18 +73,24 @@ def _option(section: str, option: str) -> str:
 
 
 def _rows(kind: type, prefix: str) -> Iterator[str]:
+    for key, (kind_of_value, meaning, default) in _described(kind, prefix):
+        cells = [cell.replace("|", r"\|") for cell in (kind_of_value, meaning)]
+        yield f"| `{key}` | {cells[0]} | `{default}` | {cells[1]} |"
+
+
+def _described(kind: type, prefix: str) -> Iterator[tuple[str, tuple[str, str, str]]]:
+    """Yield each key with its type and bounds, its meaning and its default."""
     hints = typing.get_type_hints(kind, include_extras=True)
     for field in dataclasses.fields(kind):
         hint, info = _unwrapped(hints[field.name])
         default = _default(field)
         key = f"{prefix}.{field.name}"
         if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            yield from _rows(hint, key)
+            yield from _described(hint, key)
             continue
-        meaning = (info.description if info and info.description else "").replace("|", r"\|")
         bounds = ", ".join(str(item) for item in _bounds(info))
-        shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}".replace("|", r"\|")
-        yield f"| `{key}` | {shown} | `{_yaml(default)}` | {meaning} |"
+        shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}"
+        yield key, (shown, info.description if info and info.description else "", _yaml(default))
 
 
 def _unwrapped(hint: Any) -> tuple[Any, FieldInfo | None]:
