@@ -29,8 +29,11 @@ _MAX_NODES = 10_000
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
-def check_glb(file: Path) -> None:
+def check_glb(file: Path) -> tuple[Path, ...]:
     """Refuse a binary glTF that would take more memory or other files than a mesh may.
+
+    Returns:
+        The files that its buffers name.
 
     Raises:
         MeshError: It is no glTF, announces or repeats too much, or names a file that is not beside it.
@@ -40,8 +43,10 @@ def check_glb(file: Path) -> None:
         _check_accessors(file, content)
         _check_primitives(file, content)
         _check_nodes(file, content)
-        for item in (*_list(content, "buffers"), *_list(content, "images")):
-            _check_named_file(file, item.get("uri"))
+        for image in _list(content, "images"):
+            _named_file(file, image.get("uri"))
+        named = [_named_file(file, buffer.get("uri")) for buffer in _list(content, "buffers")]
+        return tuple(other for other in named if other is not None)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError):
         raise broken(file, "glb") from None
 
@@ -127,10 +132,10 @@ def _reached(nodes: list[Any], roots: list[int]) -> Iterator[int]:
         stack += [int(child) for child in nodes[node].get("children", [])]
 
 
-def _check_named_file(file: Path, uri: Any) -> None:
-    """Refuse what is not a plain file in the mesh's own folder."""
+def _named_file(file: Path, uri: Any) -> Path | None:
+    """Return the file that is named; an error if it is not a plain one in the mesh's own folder."""
     if uri is None or str(uri).startswith("data:"):
-        return
+        return None
     name = unquote(str(uri))
     other = file.parent / name
     try:
@@ -145,3 +150,4 @@ def _check_named_file(file: Path, uri: Any) -> None:
             kind="broken",
             path=str(file),
         )
+    return other

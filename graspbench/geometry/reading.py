@@ -55,6 +55,17 @@ def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
     return vertices, faces
 
 
+def companions(path: Path) -> tuple[Path, ...]:
+    """Return the files beside a mesh file that it is read with: the buffers that a binary glTF names.
+
+    Raises:
+        MeshError: It names what is no plain file beside it, or is broken.
+    """
+    if path.suffix.lower() != ".glb" or not path.is_file():
+        return ()
+    return check_glb(path)
+
+
 def _check_file(file: Path, path: str | Path) -> str:
     """Return the suffix of a file that is worth opening."""
     data = {"path": str(path)}

@@ -67,7 +67,7 @@ def test_the_hole_of_a_ring_and_the_cavity_of_a_cup_stay_open():
 
 
 def deepest(mesh, points):
-    """Return how far the points are inside the parts of a mesh, the deepest one of them, m; negative outside."""
+    """Return how far the deepest of the points is inside the parts of a mesh, m; negative outside."""
     depths = []
     for part in convex_parts(mesh):
         offsets = np.einsum("ij,ij->i", part.face_normals, part.triangles[:, 0])
