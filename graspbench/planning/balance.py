@@ -20,6 +20,9 @@ from graspbench.compiled import compiled, inner
 from graspbench.planning.field_subsets import distinct
 from graspbench.planning.grip_plane import fit_plane
 
+_TIE = 1e-12
+"""Moves that are as good as the best but for rounding do not replace it, N."""
+
 
 @compiled
 def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: FloatArray) -> float:
@@ -104,7 +107,7 @@ def propose_balance(
             chosen[i] = moves[i, c]
             _put(nodes_points, nodes_normals, chosen[i], points, normals, i)
             value = standing - barrier[i, 0] + barrier[i, c] + imbalance(points, normals, centroid, k)
-            if value < best and distinct(chosen):
+            if value < best - _TIE and distinct(chosen):
                 best, improved = value, True
                 found[:] = chosen
         chosen[i] = vertices[i]
@@ -124,7 +127,7 @@ def propose_balance(
                         _put(nodes_points, nodes_normals, chosen[j], points, normals, j)
                         walls = barrier[i, c] + barrier[j, d] - barrier[i, 0] - barrier[j, 0]
                         value = standing + walls + imbalance(points, normals, centroid, k)
-                        if value < best and distinct(chosen):
+                        if value < best - _TIE and distinct(chosen):
                             best, improved = value, True
                             found[:] = chosen
                 chosen[j] = vertices[j]

@@ -81,7 +81,7 @@ class ForceFieldParameters:
     ] = "balance"
     balance_length_m: Annotated[
         float, Field(gt=0, description="balance: distance that counts as much as k_a left at a contact")
-    ] = 0.1
+    ] = 0.03
     balance_angle_deg: Annotated[
         float, Field(gt=0, description="balance: angle that counts as much as k_a left at a contact")
     ] = 60.0
