@@ -1,7 +1,9 @@
 """The ``graspbench`` command and how its errors reach the user."""
 
 import importlib
+import signal
 import sys
+import threading
 from typing import Annotated
 
 import typer
@@ -64,6 +66,9 @@ def options(
 
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
+    if threading.current_thread() is threading.main_thread():
+        for each in (signal.SIGTERM, signal.SIGHUP):  # end as Ctrl-C does, so that nothing is left behind
+            signal.signal(each, signal.default_int_handler)
     try:
         app()
     except GraspbenchError as error:

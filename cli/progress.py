@@ -15,6 +15,9 @@ from graspbench.cli.printing import err
 if TYPE_CHECKING:
     from graspbench.experiment import TrialResult
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a command to end."""
+
 _QUIET_S = 10.0
 
 
@@ -77,7 +80,7 @@ class SweepProgress:
 
 @contextmanager
 def interruptible(stop: threading.Event) -> Iterator[None]:
-    """Let the first Ctrl-C set ``stop`` and the second one raise `KeyboardInterrupt`."""
+    """Let the first Ctrl-C, SIGTERM or SIGHUP set ``stop`` and the second one raise `KeyboardInterrupt`."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         if stop.is_set():
@@ -85,11 +88,12 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
         stop.set()
         err.print("finishing the trials that are running; Ctrl-C again ends them at once")
 
-    before = signal.signal(signal.SIGINT, interrupt)
+    before = {each: signal.signal(each, interrupt) for each in ENDING}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
 
 def _span(seconds: float) -> str:

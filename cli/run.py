@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
-from graspbench.grasp.quality import THESIS_MEASURES
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialConfig, TrialResult
@@ -61,6 +60,7 @@ def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
 def _print_summary(result: "TrialResult", folder: Path) -> None:
     from graspbench.cli.printing import out, print_failure, print_rows
     from graspbench.cli.verdict import verdict
+    from graspbench.grasp.quality import THESIS_MEASURES
 
     if result.status != "done":
         print_failure(result.reason)

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from multiprocessing import get_context
+from multiprocessing import forkserver, get_context
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ def run_local(
     store, waiting = ResultStore(root), deque(tasks)
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
     context.set_forkserver_preload(list(PRELOADED))
+    _start_forkserver()
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=(os.getpid(),))
     running: dict[Any, PendingTrial] = {}
     try:
@@ -70,6 +71,18 @@ def run_local(
     finally:
         pool.stop()
         pool.join()
+
+
+def _start_forkserver() -> None:
+    """Start the process that forks workers with Ctrl-C blocked, as they inherit it.
+
+    Ctrl-C goes to the whole process group: a worker that is still loading would die of it.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _defer(task: PendingTrial, waiting: deque[PendingTrial], store: ResultStore) -> None:
