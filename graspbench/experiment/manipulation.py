@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import ConfigurationError, InputError, TrialError
+from graspbench.errors import InputError, TrialError
 from graspbench.experiment.clock import StageClock
 from graspbench.experiment.config import ManipulationConfig
 from graspbench.experiment.planned import PlannedTrial, planned_trial
@@ -90,7 +90,6 @@ def shortcoming(result: ManipulationResult, hand: HandModel) -> str | None:
 
 def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: StageClock) -> dict[str, Any]:
     with planned_trial(config, clock) as trial:
-        _check_joints(config, trial.hand)
         contact = config.contact
         if contact.mass_kg is None and trial.scene is not None:
             contact = replace(contact, mass_kg=trial.scene.model.mass_kg)
@@ -121,24 +120,6 @@ def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: 
     with clock.stage("pictures"):
         _draw(config, trial, moved, played, folder)
     return {**result, "times_s": dict(clock.seconds)}
-
-
-def _check_joints(config: ManipulationConfig, hand: HandModel) -> None:
-    """Refuse tasks that do not fit the hand's joints."""
-    n = len(hand.joint_names)
-    for name, options in config.clik.tasks.items():
-        watched, posture = options.get("joints") or (), options.get("posture") or ()
-        if any(not 0 <= joint < n for joint in watched) or len(posture) not in {0, n}:
-            raise ConfigurationError(
-                f"the task clik.tasks.{name} does not fit the {n} joints of the hand '{hand.name}'",
-                remedy=f"count joints from 0 to {n - 1} and give postures of {n} numbers",
-            )
-        limits = {len(options[key]) for key in ("lower", "upper") if options.get(key)}
-        if limits - {len(watched) or n}:
-            raise ConfigurationError(
-                f"the task clik.tasks.{name} has limits for another number of joints than it watches",
-                remedy=f"give {len(watched) or n} numbers as lower and upper",
-            )
 
 
 def _play(
