@@ -108,6 +108,7 @@ class Clik:
         self._law = law = LawArrays(
             sizes={**system.sizes, "free": free},
             transpose=parameters.method == "transpose",
+            limited=parameters.method == "qp",
             singular_threshold=parameters.singular_threshold,
             largest_damping=parameters.largest_damping,
             gain=np.repeat([parameters.gain, parameters.rotation_gain], 3),
@@ -119,9 +120,7 @@ class Clik:
         self._task_set = TaskSet(self.tasks, system)
         self._orders = _orders(self._task_set.names, parameters.priority_changes)
         self._qp = (
-            HierarchicalQP(system, parameters.qp, self.scale, parameters.step_s)
-            if parameters.method == "qp"
-            else None
+            HierarchicalQP(system, parameters.qp, parameters.step_s) if parameters.method == "qp" else None
         )
 
     @property
@@ -180,11 +179,9 @@ class Clik:
         )
         if self.smallest_singular_value < 0.0:
             self.state.refuse_singularity()
-        if self._qp is None:
-            return self._velocity.copy()
-        velocity = self._qp.limit(self.state, self._velocity, self.wanted, self._task_set.jacobians(order))
-        self.contact_rates[:] = self.state.rates(velocity)
-        return velocity
+        if self._qp is not None:
+            self._qp.limit(self.state, self._law, self._task_set.table, order)
+        return self._velocity.copy()
 
 
 def _check(system: ManipulationSystem, parameters: ClikParameters) -> None:

@@ -110,6 +110,7 @@ class LawArrays(Record):
 
     Attributes:
         transpose: 1 for the transpose algorithm (4.12), 0 for the pseudo-inverse (4.10).
+        limited: 1 for the QP form, which needs the null space whether there are tasks or not.
         singular_threshold: Smallest singular value below which damping begins.
         largest_damping: Damping factor at a singularity.
         gain: Diagonal of K, 1/s.
@@ -127,6 +128,7 @@ class LawArrays(Record):
     """
 
     transpose: int
+    limited: int
     singular_threshold: float
     largest_damping: float
     gain: Annotated[FloatArray, 6]
