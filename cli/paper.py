@@ -35,8 +35,8 @@ def paper(
 ) -> None:
     """Repeat an experiment of the thesis and set its figures beside the thesis' own."""
     from graspbench.cli.printing import err, out, print_json, print_rows
-    from graspbench.experiment.figures_3 import figures_3
-    from graspbench.experiment.paper import EXPERIMENTS
+    from graspbench.paper.experiments import EXPERIMENTS
+    from graspbench.paper.figures_3 import figures_3
 
     if name not in EXPERIMENTS:
         raise ConfigurationError(f"unknown experiment '{name}'", remedy=f"choose one of {', '.join(_NAMES)}")

@@ -1,1 +1,10 @@
-"""Graspbench datasets."""
+"""Graspbench datasets: the catalogue of objects, one YAML file each."""
+
+from pathlib import Path
+
+CATALOGUE_DIR = Path(__file__).parent / "catalogue"
+
+
+def catalogue_files() -> dict[str, Path]:
+    """Return the file of each object of the catalogue by name, sorted; nothing else lists them."""
+    return {path.stem: path for path in sorted(CATALOGUE_DIR.glob("*.yaml"))}

@@ -16,13 +16,13 @@ import numpy as np
 from graspbench.bench.enumeration import Limits, all_combinations, enumerate_best
 from graspbench.bench.result import BenchResult
 from graspbench.bench.timing import best_time
+from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
-from graspbench.experiment.config import TrialConfig, load_config
-from graspbench.experiment.planned import reconstructed
 from graspbench.hand import GraspChecker, load_hand
 from graspbench.planning import GlobalResult, plan_global
 from graspbench.planning.global_search import GLOBAL_MEASURES
 from graspbench.reconstruction import Surface
+from graspbench.trial.planned import reconstructed
 
 OBJECTS = ("teddy",)
 NODES = 1502

@@ -6,7 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.bench.timing import best_time
-from graspbench.experiment.config import TrialConfig
+from graspbench.config.trial_config import TrialConfig
 from graspbench.geometry import load_object
 from graspbench.perception import Silhouette, silhouettes
 from graspbench.perception.camera import Camera

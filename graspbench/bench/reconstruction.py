@@ -19,8 +19,8 @@ from graspbench.bench.reconstruction_plot import draw_reconstruction_bench
 from graspbench.bench.result import BenchResult
 from graspbench.bench.timing import best_time
 from graspbench.bench.voxels import carve_masks, open3d_carving, surface_net, tight_box
+from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
-from graspbench.experiment.config import TrialConfig, load_config
 from graspbench.perception.silhouette import Silhouette
 from graspbench.reconstruction import Surface, SurfaceParameters, reconstruct
 

@@ -7,65 +7,75 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graspbench.experiment.catalogue import describe_hands, describe_objects
-    from graspbench.experiment.compose import compose_tree, expand_sweep, group_options
-    from graspbench.experiment.config import (
+    from graspbench.config.compose import compose_tree, expand_sweep, group_options
+    from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
         config_from_tree,
         load_config,
         load_manipulation_config,
+        load_one_config,
+        load_stored_config,
         manipulation_config_from_tree,
     )
-    from graspbench.experiment.engine import EngineParameters, load_engine, split_engine
-    from graspbench.experiment.manipulation import manipulate_and_store
+    from graspbench.experiment.catalogue import describe_hands, describe_objects
     from graspbench.experiment.objects import check_object, repair_object, show_object
-    from graspbench.experiment.runner import run_and_store
-    from graspbench.experiment.store import ResultStore, load_results, results_frame, to_json
-    from graspbench.experiment.sweep import PlannedTrial, SweepOptions, plan_sweep, run_sweep
-    from graspbench.experiment.trial import run_trial
+    from graspbench.results.columns import describe_column, results_frame
+    from graspbench.results.plain import to_json
+    from graspbench.results.store import LoadedResults, ResultStore, load_results
+    from graspbench.results.trial_result import TrialResult
+    from graspbench.sweep.engine import EngineParameters, load_engine, split_engine
+    from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
+    from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
-    "EngineParameters": "engine",
-    "ManipulationConfig": "config",
-    "PlannedTrial": "sweep",
-    "ResultStore": "store",
-    "SweepOptions": "sweep",
-    "TrialConfig": "config",
-    "check_object": "objects",
-    "compose_tree": "compose",
-    "config_from_tree": "config",
-    "describe_hands": "catalogue",
-    "describe_objects": "catalogue",
-    "expand_sweep": "compose",
-    "group_options": "compose",
-    "load_config": "config",
-    "load_engine": "engine",
-    "load_manipulation_config": "config",
-    "load_results": "store",
-    "manipulate_and_store": "manipulation",
-    "manipulation_config_from_tree": "config",
-    "plan_sweep": "sweep",
-    "repair_object": "objects",
-    "results_frame": "store",
-    "run_and_store": "runner",
-    "run_sweep": "sweep",
-    "run_trial": "trial",
-    "show_object": "objects",
-    "split_engine": "engine",
-    "to_json": "store",
+    "EngineParameters": "sweep.engine",
+    "LoadedResults": "results.store",
+    "ManipulationConfig": "config.trial_config",
+    "ResultStore": "results.store",
+    "SweepOptions": "sweep.grid",
+    "SweepTrial": "sweep.grid",
+    "TrialConfig": "config.trial_config",
+    "TrialResult": "results.trial_result",
+    "check_object": "experiment.objects",
+    "compose_tree": "config.compose",
+    "config_from_tree": "config.trial_config",
+    "describe_column": "results.columns",
+    "describe_hands": "experiment.catalogue",
+    "describe_objects": "experiment.catalogue",
+    "expand_sweep": "config.compose",
+    "group_options": "config.compose",
+    "load_config": "config.trial_config",
+    "load_engine": "sweep.engine",
+    "load_manipulation_config": "config.trial_config",
+    "load_one_config": "config.trial_config",
+    "load_results": "results.store",
+    "load_stored_config": "config.trial_config",
+    "manipulation_config_from_tree": "config.trial_config",
+    "plan_sweep": "sweep.grid",
+    "repair_object": "experiment.objects",
+    "results_frame": "results.columns",
+    "run_and_store": "trial.runner",
+    "run_sweep": "sweep.grid",
+    "run_trial": "trial.runner",
+    "show_object": "experiment.objects",
+    "split_engine": "sweep.engine",
+    "to_json": "results.plain",
 }
 
 __all__ = [
     "EngineParameters",
+    "LoadedResults",
     "ManipulationConfig",
-    "PlannedTrial",
     "ResultStore",
     "SweepOptions",
+    "SweepTrial",
     "TrialConfig",
+    "TrialResult",
     "check_object",
     "compose_tree",
     "config_from_tree",
+    "describe_column",
     "describe_hands",
     "describe_objects",
     "expand_sweep",
@@ -73,8 +83,9 @@ __all__ = [
     "load_config",
     "load_engine",
     "load_manipulation_config",
+    "load_one_config",
     "load_results",
-    "manipulate_and_store",
+    "load_stored_config",
     "manipulation_config_from_tree",
     "plan_sweep",
     "repair_object",
@@ -90,5 +101,5 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        return getattr(import_module(f"graspbench.{_HOMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

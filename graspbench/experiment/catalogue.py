@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from graspbench.experiment.compose import group_options
-from graspbench.experiment.config import load_config
+from graspbench.config.compose import group_options
+from graspbench.config.trial_config import load_config
 from graspbench.experiment.objects import describe_model
 from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from graspbench.config.trial_config import load_config
 from graspbench.errors import MeshError
-from graspbench.experiment.config import load_config
-from graspbench.experiment.store import write_atomically
 from graspbench.geometry import MeshReport, ObjectModel, Scale, check_mesh, load_object, repair_mesh
+from graspbench.results.store import write_atomically
 
 
 def show_object(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ import numpy as np
 import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
+from graspbench.datasets import catalogue_files
 from graspbench.errors import ConfigurationError
 from graspbench.geometry.body import Body
 from graspbench.geometry.decomposition import convex_parts
@@ -22,6 +22,7 @@ from graspbench.geometry.frames import Axis, rotation_to_z
 from graspbench.geometry.inspection import inspect
 from graspbench.geometry.mesh import make_mesh, mass_properties, moved
 from graspbench.geometry.model import ObjectModel
+from graspbench.geometry.naming import mesh_name
 from graspbench.geometry.shapes import make_shape
 from graspbench.geometry.shapes.registry import describe_first
 
@@ -102,6 +103,9 @@ class CatalogueEntry:
     )
 
 
+_NAMES_OF_NOTHING = (ObjectParameters.name, *FILE_CHOICES)
+"""Names that a configuration has without anybody having chosen them for a mesh file."""
+
 _USER_ENTRY = CatalogueEntry(
     name="mesh", description="A mesh file", shape={}, licence="as its owner says", source="user's file"
 )
@@ -109,8 +113,7 @@ _USER_ENTRY = CatalogueEntry(
 
 def list_objects() -> tuple[str, ...]:
     """Return the names of the catalogue, sorted."""
-    folder = files("graspbench.datasets") / "catalogue"
-    return tuple(sorted(item.name[:-5] for item in folder.iterdir() if item.name.endswith(".yaml")))
+    return tuple(catalogue_files())
 
 
 def catalogue_entry(name: str) -> CatalogueEntry:
@@ -119,14 +122,13 @@ def catalogue_entry(name: str) -> CatalogueEntry:
     Raises:
         ConfigurationError: There is none; the message lists those there are.
     """
-    if name not in list_objects():
+    entries = catalogue_files()
+    if name not in entries:
         raise ConfigurationError(
             f"unknown object '{name}'",
-            remedy=f"choose one of {', '.join(list_objects())}, or set object.mesh",
+            remedy=f"choose one of {', '.join(entries)}, or set object.mesh",
         )
-    return _parse_entry(
-        (files("graspbench.datasets") / "catalogue" / f"{name}.yaml").read_text(), f"{name}.yaml"
-    )
+    return _parse_entry(entries[name].read_text(encoding="utf-8"), f"{name}.yaml")
 
 
 def read_entry(path: str | Path) -> CatalogueEntry:
@@ -184,9 +186,9 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
 def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
     if parameters.mesh is not None:
         path = Path(parameters.mesh).expanduser()
-        given = parameters.name not in (*list_objects(), *FILE_CHOICES)
         body = load_body(path, parameters.scale, parameters.repair)
-        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else path.stem, body
+        given = parameters.name not in _NAMES_OF_NOTHING
+        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else mesh_name(path), body
     if parameters.folder is not None:
         item = pick_from_folder(Path(parameters.folder).expanduser(), parameters.id)
         # Scans are never clean: what the YCB set distributes is meant to be repaired.

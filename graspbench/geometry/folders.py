@@ -5,6 +5,7 @@ from itertools import islice
 from pathlib import Path
 
 from graspbench.errors import MeshError
+from graspbench.geometry.naming import distinct_names
 from graspbench.geometry.reading import FORMATS
 
 YCB_LICENCE = "CC BY 4.0 (YCB Object and Model Set)"
@@ -19,7 +20,8 @@ class FolderItem:
     """One mesh of a folder.
 
     Attributes:
-        name: The file's stem, or the YCB object's name such as "003_cracker_box".
+        name: What tells it apart from the others: the file's stem, or its folder's name where all files are
+            called alike; the YCB object's name such as "003_cracker_box".
         path: The mesh file.
         ycb: Whether it is laid out as the YCB set distributes it (Calli et al. 2015).
     """
@@ -40,12 +42,10 @@ def list_folder(folder: Path) -> tuple[FolderItem, ...]:
     if not folder.is_dir():
         raise MeshError(f"there is no folder {folder}", remedy="check object.folder", kind="missing")
     own = [path for path in folder.iterdir() if _is_mesh(path)]
-    items = (_ycb_objects(own) if folder.resolve().name in _YCB_VARIANTS else []) or [
-        FolderItem(path.stem, path, False) for path in own
-    ]
+    items = (_ycb_objects(own) if folder.resolve().name in _YCB_VARIANTS else []) or _plain_items(own, folder)
     if not own:
         below = sorted(path for path in islice(folder.rglob("*"), _MAX_FILES) if _is_mesh(path))
-        items = _ycb_objects(below) or [FolderItem(path.stem, path, False) for path in below]
+        items = _ycb_objects(below) or _plain_items(below, folder)
     if not items:
         raise MeshError(
             f"the folder {folder} holds no mesh",
@@ -79,6 +79,11 @@ def pick_from_folder(folder: Path, which: int | str | None) -> FolderItem:
         remedy=f"set object.id to 0 to {len(items) - 1} or a name ({known})",
         kind="missing",
     )
+
+
+def _plain_items(meshes: list[Path], folder: Path) -> list[FolderItem]:
+    names = distinct_names(meshes, folder)
+    return [FolderItem(name, path, False) for name, path in zip(names, meshes, strict=True)]
 
 
 def _ycb_objects(meshes: list[Path]) -> list[FolderItem]:

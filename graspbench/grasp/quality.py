@@ -14,6 +14,9 @@ from graspbench.grasp.wrench import WrenchSpace, auto_torque_length, grasp_matri
 
 Norm: TypeAlias = Literal["l1", "linf"]
 
+THESIS_MEASURES = ("q1", "q2", "q3")
+"""The fields of `GraspQuality`, in the order of thesis table 3.1."""
+
 
 @dataclass(frozen=True)
 class QualityParameters:

@@ -6,7 +6,7 @@ The names below load on first use, so that reading the configuration does not lo
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from graspbench.planning.index import INDICES, Index, Moves, make_index
+from graspbench.planning.index import INDICES, Index, Moves, centre_gain, centre_option, make_index
 from graspbench.planning.parameters import (
     BarrierParameters,
     PathParameters,
@@ -37,6 +37,8 @@ __all__ = [
     "RefineParameters",
     "RefinedGrasp",
     "SearchParameters",
+    "centre_gain",
+    "centre_option",
     "fingertip_paths",
     "grip_geometry",
     "make_index",

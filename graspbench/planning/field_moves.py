@@ -9,7 +9,7 @@ from graspbench.planning.field_subsets import distinct, try_subsets
 
 
 @compiled
-def propose(
+def propose_moves(
     nodes_points: FloatArray,
     nodes_normals: FloatArray,
     centroid: FloatArray,
@@ -48,7 +48,7 @@ def propose(
 
 
 @compiled
-def climb(
+def climb_field(
     nodes_points: FloatArray,
     nodes_normals: FloatArray,
     centroid: FloatArray,
@@ -77,7 +77,7 @@ def climb(
                 if allowed[contour_nodes[first + c]]:
                     moves[i, 1 + c] = contour_nodes[first + c]
         no_barrier = np.zeros((n_f, width))
-        if not propose(
+        if not propose_moves(
             nodes_points,
             nodes_normals,
             centroid,

@@ -7,11 +7,11 @@ from time import perf_counter
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import GraspQuality, QualityParameters
 from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
+from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
 from graspbench.planning.local_search import LocalSearch
 from graspbench.planning.parameters import PlannerParameters
-from graspbench.planning.settling import Checker
 from graspbench.reconstruction.surface import Surface
 
 
@@ -61,7 +61,7 @@ class LocalPlan:
 def plan_local(
     surfaces: Iterable[Surface],
     index: Index,
-    checker: Checker | None,
+    checker: HandConstraint | None,
     n_f: int,
     planner: PlannerParameters,
     quality: QualityParameters,
@@ -107,10 +107,10 @@ def plan_local(
         rejected=dict(search.rejected),
         iterations=search.iterations,
         surfaces_made=source.made,
-        moves=sum(track.moves for track in search.tracks),
-        evaluations=sum(track.evaluations for track in search.tracks),
+        moves=sum(follower.moves for follower in search.followers),
+        evaluations=sum(follower.evaluations for follower in search.followers),
         contour_queries=search.contour_queries,
-        cycles=sum(track.cycles for track in search.tracks),
+        cycles=sum(follower.cycles for follower in search.followers),
         force_closure=True,
         reconstruction_time_s=source.busy_s,
         planning_time_s=finished - started - waiting,

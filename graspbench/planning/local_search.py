@@ -14,19 +14,20 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import GraspQuality, QualityParameters
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import FreeMoves, KinematicBarrier
+from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.merit import best_first, merit_of, quality_of
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.screen import polish, screen
-from graspbench.planning.settling import Checker, Settler, Track, settle
+from graspbench.planning.settling import Follower, Settler, settle
 from graspbench.reconstruction.surface import Surface
 
 NOT_CLOSED = "not force closure"
-TRIES_ONCE_FOUND, MOST_TRIES = 40, 120
+TRIES_ONCE_FOUND, MAX_TRIES = 40, 120
 """Local optima of one batch that the hand tries at most: when some are grasps, and when none is."""
 
-MOST_FIRST = 24
+MAX_FIRST_TRIES = 24
 """First grasps that the hand tries at most before one leads that it cannot hold yet."""
 
 
@@ -34,7 +35,7 @@ MOST_FIRST = 24
 class Candidate:
     """A local optimum that is a grasp."""
 
-    track: Track
+    follower: Follower
     initial: InitialGrasp
     quality: GraspQuality
     score: float
@@ -55,7 +56,7 @@ class LocalSearch:
     def __init__(
         self,
         index: Index,
-        checker: Checker | None,
+        checker: HandConstraint | None,
         n_f: int,
         planner: PlannerParameters,
         quality: QualityParameters,
@@ -75,12 +76,12 @@ class LocalSearch:
         self._planes: Iterator[tuple[InitialGrasp, ...]] = iter(())
         self._seen: list[tuple[InitialGrasp, ...]] = []
         self._surfaces: list[Surface] = []
-        self._lead = Track(np.empty(0, dtype=np.int64))
+        self._lead = Follower(np.empty(0, dtype=np.int64))
         self._lead_initial: InitialGrasp | None = None
         self._feasible = False
         self._measured: Surface | None = None
         self._length_m = 1.0
-        self.tracks: list[Track] = []
+        self.followers: list[Follower] = []
         self.tried = 0
         self.iterations = 0
         self.rejected: Counter[str] = Counter()
@@ -144,14 +145,14 @@ class LocalSearch:
         """Follow first grasps without the hand, then let the hand try the best local optima."""
         allowed = self._allowed(surface)
         optima = screen(self._index, surface, starts, allowed, self._planner.max_moves)
-        tracks_before = len(self.tracks)
+        followers_before = len(self.followers)
         tried_before, enough = self.tried, len(found) + self._planner.candidates
         seen: set[tuple[int, ...]] = set()
         for rank, promise in self._ranked(surface, [optimum.vertices for optimum in optima]):
             if found and max(candidate.merit for candidate in found) >= promise:
                 break  # what is left promises less than what the hand can hold already
-            most = TRIES_ONCE_FOUND if found else MOST_TRIES
-            if len(found) == enough or len(self.tracks) - tracks_before >= most:
+            most = TRIES_ONCE_FOUND if found else MAX_TRIES
+            if len(found) == enough or len(self.followers) - followers_before >= most:
                 break
             rough, before = optima[rank], len(found)
             for optimum in (polish(self._index, surface, rough, allowed, self._planner.max_moves), rough):
@@ -187,22 +188,22 @@ class LocalSearch:
         self, surface: Surface, initial: InitialGrasp, path: list[IntArray], found: list[Candidate]
     ) -> None:
         """Let the hand follow a path, then the index with the hand; keep what is a grasp."""
-        track = Track(path[-1], moves=len(path) - 1, evaluations=len(path))
-        track.via.append((self._surfaces[0], path[0]))
-        track.via.extend((surface, vertices) for vertices in path)
-        feasible = settle(track, surface, self._settler)
-        self._judge(track, initial, surface, feasible, found)
+        follower = Follower(path[-1], moves=len(path) - 1, evaluations=len(path))
+        follower.via.append((self._surfaces[0], path[0]))
+        follower.via.extend((surface, vertices) for vertices in path)
+        feasible = settle(follower, surface, self._settler)
+        self._judge(follower, initial, surface, feasible, found)
 
     def grasps(self, best: Candidate) -> tuple[Grasp, tuple[Grasp, ...]]:
         """Return the final grasp and the configurations that led to it."""
         history: list[Grasp] = []
         before: tuple[int, tuple[int, ...]] | None = None
-        for surface, vertices in best.track.via:
+        for surface, vertices in best.follower.via:
             key = (id(surface), tuple(vertices.tolist()))
             if key != before:
                 history.append(_grasp(surface, vertices, None))
             before = key
-        grasp = _grasp(self._surfaces[-1], best.track.vertices, best.track.posture)
+        grasp = _grasp(self._surfaces[-1], best.follower.vertices, best.follower.posture)
         return grasp, (*history[:-1], grasp)
 
     def _start(self, surface: Surface) -> None:
@@ -212,7 +213,7 @@ class LocalSearch:
         for plane in self._planes:
             self._seen.append(plane)
             for grasp in plane:
-                if tries == MOST_FIRST or not np.all(allowed[grasp.vertices]):
+                if tries == MAX_FIRST_TRIES or not np.all(allowed[grasp.vertices]):
                     continue
                 if self._holds(surface, grasp.vertices):
                     return self._lead_with(grasp)
@@ -226,7 +227,7 @@ class LocalSearch:
 
     def _lead_with(self, grasp: InitialGrasp) -> None:
         self._lead_initial = grasp
-        self._lead = Track(grasp.vertices)
+        self._lead = Follower(grasp.vertices)
 
     def _allowed(self, surface: Surface) -> BoolArray:
         """Tell which nodes a fingertip can touch at all, shape (n_s,)."""
@@ -240,22 +241,27 @@ class LocalSearch:
         return self._checker.place(surface.points[vertices], surface.normals[vertices]) is not None
 
     def _judge(
-        self, track: Track, initial: InitialGrasp, surface: Surface, feasible: bool, found: list[Candidate]
+        self,
+        follower: Follower,
+        initial: InitialGrasp,
+        surface: Surface,
+        feasible: bool,
+        found: list[Candidate],
     ) -> None:
         """Keep a local optimum that is a grasp; note why another one is not."""
         self.tried += 1
-        self.tracks.append(track)
-        points, normals = surface.points[track.vertices], surface.normals[track.vertices]
+        self.followers.append(follower)
+        points, normals = surface.points[follower.vertices], surface.normals[follower.vertices]
         if not feasible:
             assert self._checker is not None
             self.rejected[self._checker.reason(points, normals)] += 1
             return
-        quality, score, merit = self._assess(surface, track.vertices)
+        quality, score, merit = self._assess(surface, follower.vertices)
         # The origin is inside the grasp wrench space exactly when a ball around it is.
         if quality.q3 <= CLOSURE_TOLERANCE:
             self.rejected[NOT_CLOSED] += 1
             return
-        found.append(Candidate(track, initial, quality, score, merit))
+        found.append(Candidate(follower, initial, quality, score, merit))
 
     def _assess(self, surface: Surface, vertices: IntArray) -> tuple[GraspQuality, float, float]:
         """Return a grasp's quality, the index's score, and by what the best grasp is selected."""

@@ -5,6 +5,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+PhiCeiDeg = Annotated[
+    float,
+    Field(gt=0, le=90, description="Largest coplanarity error; two contacts: largest antipodal error, deg"),
+]
+"""Threshold of the coplanarity error of an outer triangle (thesis A.2)."""
+
+PhiEegiDeg = Annotated[float, Field(gt=0, le=20, description="Largest equilateral error, deg")]
+"""Threshold of the equilateral error (thesis A.2); up to 20 no two normals can be less than 90 deg apart,
+and the bounds of the global search rest on that."""
+
+PHI_CEI_DEG, PHI_EEGI_DEG = 15.0, 10.0
+"""The thesis' thresholds."""
+
 
 @dataclass(frozen=True)
 class BarrierParameters:

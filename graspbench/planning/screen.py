@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, IntArray
-from graspbench.planning.index import Index, Moves, free_moves
+from graspbench.planning.index import ClimbingIndex, Index, Moves, free_moves
 from graspbench.planning.initial import InitialGrasp
 from graspbench.reconstruction.surface import Surface
 
@@ -86,10 +86,8 @@ def _climb(
     index: Index, surface: Surface, vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
 ) -> IntArray:
     """Climb by the index's own compiled climb if it has one, else proposal by proposal."""
-    compiled = getattr(index, "climb", None)
-    if compiled is not None:
-        path: IntArray = compiled(surface, vertices, allowed, thorough=thorough, max_moves=max_moves)
-        return path
+    if isinstance(index, ClimbingIndex):
+        return index.climb(surface, vertices, allowed, thorough=thorough, max_moves=max_moves)
     steps, visited = [vertices], {tuple(vertices.tolist())}
     for _ in range(max_moves):
         moves = free_moves(surface, steps[-1])

@@ -14,7 +14,7 @@ from graspbench.planning.time_law import minimum_jerk
 
 _SHARES = (1.0, 0.75, 0.5, 0.25)
 _REACH_TOLERANCE_M = 1e-5
-_SHORTEST_S = 0.1  # of a way along which the tips start and stop smoothly
+_MIN_TRAVEL_S = 0.1  # of a way along which the tips start and stop smoothly
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def _travel(
         return lifted[-1:], normals[-1:]
     lengths = np.linalg.norm(np.diff(lifted[keep], axis=0), axis=2).max(axis=1)
     knots = np.concatenate(([0.0], np.cumsum(lengths)))
-    duration = max(knots[-1] / parameters.tip_speed_m_s, _SHORTEST_S)
+    duration = max(knots[-1] / parameters.tip_speed_m_s, _MIN_TRAVEL_S)
     count = max(2, round(duration / parameters.time_step_s))
     along = knots[-1] * minimum_jerk(np.arange(count + 1) / count)
     # Loading scipy's interpolation takes long, and only who asks for paths needs it.

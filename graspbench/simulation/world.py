@@ -11,8 +11,8 @@ import pybullet
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
+from graspbench.simulation.bullet_exchange import pose_of, quaternion_of, write_obj
 from graspbench.simulation.scene import SceneParameters
-from graspbench.simulation.shapes import pose_of, quaternion_of, write_obj
 
 if TYPE_CHECKING:
     from graspbench.geometry.model import ObjectModel

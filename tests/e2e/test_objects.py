@@ -1,5 +1,6 @@
 """``graspbench objects show | check``."""
 
+import pandas as pd
 import trimesh
 from PIL import Image
 
@@ -59,3 +60,19 @@ def test_a_copy_that_cannot_be_made_leaves_nothing(cli, tmp_path):
     assert finished.code == 2
     assert "text.stl" in finished.stderr
     assert not (tmp_path / "copy.stl").exists()
+
+
+def test_meshes_of_one_file_name_are_rows_of_their_own(cli, tmp_path):
+    for name, height in (("tin", 0.07), ("crate", 0.09)):
+        (tmp_path / name).mkdir()
+        trimesh.creation.box((0.05, 0.06, height)).export(tmp_path / name / "textured.obj")
+    meshes = ",".join(str(tmp_path / name / "textured.obj") for name in ("tin", "crate"))
+    quick = ("search.enabled=false", "execution=off", "record=off", "--jobs", "0")
+    assert cli("sweep", f"object.mesh={meshes}", *quick, "-o", tmp_path / "r").code == 0
+    assert list(pd.read_csv(tmp_path / "r" / "trials.csv")["object.name"].sort_values()) == ["crate", "tin"]
+    assert cli("report", tmp_path / "r", "--group", "object").code == 0
+    groups = (tmp_path / "r" / "report" / "groups.md").read_text()
+    assert "crate" in groups
+    assert "tin" in groups
+    named = cli("run", f"object.mesh={tmp_path / 'tin' / 'textured.obj'}", "object.name=banana", *quick[:3])
+    assert "banana" in named.stdout

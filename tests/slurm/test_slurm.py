@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.experiment import planting
+from tests.sweep import planting
 
 LOOPBACK = Path(__file__).parent / "loopback"
 TOOLS = all(

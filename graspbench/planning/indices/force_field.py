@@ -35,7 +35,7 @@ from pydantic import Field
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ConfigurationError
 from graspbench.planning.field import field, mean_radius, potential
-from graspbench.planning.field_moves import climb, propose
+from graspbench.planning.field_moves import climb_field, propose_moves
 from graspbench.planning.index import INDICES, Moves
 from graspbench.reconstruction.surface import Surface
 
@@ -149,6 +149,7 @@ class ForceField:
     """
 
     parameters: ClassVar[type[ForceFieldParameters]] = ForceFieldParameters
+    centre_option: ClassVar[str] = "k_cm"
 
     def __init__(
         self, parameters: ForceFieldParameters, n_f: int, quality: "QualityParameters | None" = None
@@ -163,7 +164,7 @@ class ForceField:
     def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
         """Return the next vertices, or None when no allowed move lowers the potential."""
         proposed = vertices.copy()
-        changed = propose(
+        changed = propose_moves(
             surface.points,
             surface.normals,
             surface.centroid,
@@ -196,7 +197,7 @@ class ForceField:
         path = np.empty((max_moves + 1, len(vertices)), dtype=np.int64)
         path[0] = vertices
         network = surface.network
-        moves = climb(
+        moves = climb_field(
             surface.points,
             surface.normals,
             surface.centroid,
@@ -217,16 +218,6 @@ class ForceField:
             surface.centroid,
             mean_radius(surface.points, surface.centroid),
             self._parameters,
-        )
-
-    def forces(self, surface: Surface, vertices: IntArray, moves: Moves | None = None) -> FieldForces:
-        """Return the forces on the contacts at ``vertices``, term by term."""
-        return field_forces(
-            surface.points[vertices],
-            surface.normals[vertices],
-            surface.centroid,
-            self._parameters,
-            None if moves is None else moves.barrier_force,
         )
 
 

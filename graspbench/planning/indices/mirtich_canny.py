@@ -27,6 +27,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
 from graspbench.planning.index import INDICES, Moves
+from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.reconstruction.surface import Surface
 
 if TYPE_CHECKING:
@@ -37,13 +38,8 @@ if TYPE_CHECKING:
 class MirtichCannyParameters:
     """Thresholds of the Mirtich-Canny index (thesis A.2)."""
 
-    phi_cei_deg: Annotated[
-        float,
-        Field(
-            gt=0, le=90, description="Largest coplanarity error; two contacts: largest antipodal error, deg"
-        ),
-    ] = 15.0
-    phi_eegi_deg: Annotated[float, Field(gt=0, le=60, description="Largest equilateral error, deg")] = 10.0
+    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
+    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
     error_weight: Annotated[
         float,
         Field(ge=0, lt=1, description="Share of the outer triangle that errors at the thresholds are worth"),
@@ -70,24 +66,6 @@ def mirtich_canny_scores(
     _score_all(stacked, np.ascontiguousarray(normals.reshape(-1, 3, 3)), scores)
     shape = points.shape[:-2]
     return scores[:, 0].reshape(shape), scores[:, 1].reshape(shape), scores[:, 2].reshape(shape)
-
-
-def antipodal_scores(points: FloatArray, normals: FloatArray) -> tuple[float, float]:
-    """Evaluate a grasp with two contacts.
-
-    Args:
-        points: Contacts, shape (2, 3), m.
-        normals: Outward unit normals, shape (2, 3).
-
-    Returns:
-        Mean angle between the outward normals and the line through the contacts, in degrees, and the
-        distance in m.
-    """
-    errors = np.empty(3)
-    score_contacts(
-        np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(normals, dtype=float), errors
-    )
-    return float(errors[0]), float(errors[2])
 
 
 @INDICES.register("mirtich_canny")

@@ -76,6 +76,22 @@ def bound_tuples(
         bounds[m] = upper
 
 
+@compiled
+def support_bounds(clusters: IntArray, table: FloatArray, minkowski: bool, lower: float) -> FloatArray:
+    """Return upper bounds of Q3 of tuples of clusters, shape (m,); at or below ``lower`` they are not exact.
+
+    Args:
+        clusters: Shape (m, n_f).
+        table: Support of each cluster in each direction, shape (n_clusters, n_directions).
+        minkowski: See `bound_tuples`.
+        lower: See `bound_tuples`.
+    """
+    bounds = np.empty(clusters.shape[0])
+    for m in range(clusters.shape[0]):
+        bounds[m] = _table_bound(clusters[m], table, minkowski, lower)
+    return bounds
+
+
 @inner
 def _within_limits(clusters: IntArray, balls: FloatArray, limits: FloatArray) -> bool:
     """Tell whether some grasp of the clusters may meet the pair and centre limits."""

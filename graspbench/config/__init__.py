@@ -1,0 +1,1 @@
+"""Configuration: the typed schema, its composition by Hydra's grammar, and the reference written from it."""

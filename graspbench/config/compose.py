@@ -1,0 +1,393 @@
+"""From overrides to one plain configuration tree, by Hydra's grammar and composition.
+
+The typed schema (`graspbench.config.trial_config`) knows every key and its default; the YAML files of
+the groups are named choices over it. Composing the choices of groups is cached, so that a sweep pays
+for it once per combination of groups and only sets values afterwards.
+"""
+
+import copy
+import difflib
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Glob, Override, Transformer
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import graspbench.conf
+from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, grids_of, keys_of, named_experiment
+from graspbench.config.schema import (
+    MANIPULATION_SECTIONS,
+    TASKS_KEY,
+    Primary,
+    complete_tasks,
+    complete_with_defaults,
+)
+from graspbench.errors import ConfigurationError
+from graspbench.geometry import list_objects
+from graspbench.planning.index import INDICES
+
+Tree = dict[str, Any]
+
+CONF_DIR = Path(graspbench.conf.__path__[0])
+
+
+@dataclass(frozen=True)
+class Composed:
+    """A composed configuration and where its values come from.
+
+    Attributes:
+        tree: The configuration, complete with every default, interpolations resolved.
+        choice: The option chosen of each group.
+        overridden: Dotted keys that overrides or an experiment set.
+    """
+
+    tree: Tree
+    choice: Mapping[str, str]
+    overridden: tuple[str, ...]
+
+
+def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
+    """Return the options of every configuration group, plug-ins included.
+
+    Args:
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
+
+    Returns:
+        Options by group; a group inside another is called ``outer/inner``.
+    """
+    options: dict[str, set[str]] = {}
+    for root in filter(None, (CONF_DIR, config_dir)):
+        for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
+            group = path.parent.relative_to(root).as_posix()
+            if group in NO_TRIAL_GROUPS:
+                continue
+            if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
+                options.setdefault(group, set()).add(path.stem)
+    for group, names in _options_without_file().items():
+        options.setdefault(group, set()).update(names)
+    return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
+
+
+def experiment_overrides(overrides: Sequence[str], config_dir: Path | None = None) -> list[str]:
+    """Return what the experiment that overrides name sets itself, and the overrides of its grids.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    named = [named_experiment(each) for each in _parse(overrides) if _names(each)]
+    roots = (config_dir, CONF_DIR)
+    found = [f"{key}=" for name in named for key in keys_of(name, roots)]
+    return [*found, *(text for name in named for grid in grids_of(name, roots) for text in grid)]
+
+
+def experiment_only(overrides: Sequence[str]) -> list[str]:
+    """Return the overrides that name an experiment.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    return [text for text, each in zip(overrides, _parse(overrides), strict=True) if _names(each)]
+
+
+def _names(override: Override) -> bool:
+    return bool(override.key_or_group == EXPERIMENT)
+
+
+def expand_sweep(
+    overrides: Sequence[str], config_dir: Path | None = None, primary: Primary = "config"
+) -> list[tuple[str, ...]]:
+    """Expand Hydra's sweep grammar into the grid of single trials.
+
+    Args:
+        overrides: For example ``["object=teddy,bottle", "index.k_cm=0,1", "seed=range(0,3)"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
+
+    Returns:
+        One tuple of plain overrides a trial; the last override varies fastest.
+
+    Raises:
+        ConfigurationError: An override cannot be parsed, or a glob matches nothing.
+    """
+    parsed = _parse(overrides)
+    experiments = [override for override in parsed if _names(override)]
+    names = [named_experiment(override) for override in experiments]
+    cells: dict[tuple[str, ...], None] = {}
+    for grid in grids_of(names[-1] if names else None, (config_dir, CONF_DIR)):
+        given = {override.key_or_group for override in parsed}
+        axes = [
+            _axis(override, config_dir, primary)
+            for override in (*(each for each in _parse(grid) if each.key_or_group not in given), *parsed)
+        ]
+        cells |= dict.fromkeys(itertools.product(*axes))
+    return list(cells)
+
+
+def compose_tree(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Tree:
+    """Compose the configuration of one trial.
+
+    Args:
+        overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
+
+    Returns:
+        The tree, complete with every default, interpolations resolved.
+
+    Raises:
+        ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
+    """
+    return compose_configuration(overrides, config_dir, primary).tree
+
+
+def compose_configuration(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Composed:
+    """Compose the configuration of one trial, and tell what was chosen and what was overridden.
+
+    Args:
+        overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
+
+    Raises:
+        ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
+    """
+    groups = group_options(config_dir, primary)
+    choices: dict[str, str] = {}
+    values: list[Override] = []
+    for override in _parse(overrides):
+        text = override.input_line or ""
+        if override.is_sweep_override():
+            raise ConfigurationError(
+                f"'{text}' gives several values where one trial takes one",
+                remedy="use 'graspbench sweep' for a grid, or quote a list as [a,b]",
+            )
+        if override.is_delete():
+            raise ConfigurationError(
+                f"'{text}' deletes a key, which no configuration needs", remedy="leave it out"
+            )
+        value = override.value()
+        if override.key_or_group in groups and isinstance(value, str):
+            choices[override.key_or_group] = value
+        elif override.key_or_group in groups and value is None:
+            raise ConfigurationError(
+                f"'{text}' names no option",
+                remedy=f"choose one of {', '.join(groups[override.key_or_group])}",
+            )
+        else:
+            values.append(override)
+    for group, option in choices.items():
+        _check_option(group, option, groups)
+    composed, chosen = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
+    tree = complete_with_defaults(composed, primary)
+    for override in values:
+        _set_value(tree, override, groups)
+    choice = {group: chosen[group] for group in groups if group in chosen}
+    keys = [*keys_of(choice.get(EXPERIMENT), (config_dir, CONF_DIR)), *(each.key_or_group for each in values)]
+    return Composed(_resolved(tree), choice, tuple(dict.fromkeys(keys)))
+
+
+def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:
+    """Return a complete tree with some of its values set anew; no option of a group can be chosen there.
+
+    Raises:
+        ConfigurationError: An override cannot be read, is no single value, or names no key.
+    """
+    changed = copy.deepcopy(tree)
+    for override in _parse(overrides):
+        if override.is_sweep_override() or override.is_delete():
+            raise ConfigurationError(
+                f"'{override.input_line}' is no single value", remedy="give each key one value"
+            )
+        _set_value(changed, override, {})
+    return changed
+
+
+def _resolved(tree: Tree) -> Tree:
+    """Return a tree with its interpolations filled in; most have none, and looking is much faster."""
+    if "${" not in repr(tree):
+        return copy.deepcopy(tree)
+    try:
+        resolved = OmegaConf.to_container(OmegaConf.create(tree), resolve=True)
+    except OmegaConfBaseException as error:
+        raise ConfigurationError(f"an interpolation cannot be resolved ({_first_line(error)})") from error
+    assert isinstance(resolved, dict)
+    return {str(key): value for key, value in resolved.items()}
+
+
+def flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield ``("group.key", value)`` for every leaf of a tree."""
+    for key, value in tree.items():
+        if isinstance(value, Mapping) and value:
+            yield from flatten(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _parse(overrides: Sequence[str]) -> list[Override]:
+    parser = OverridesParser.create()
+    parsed = []
+    for text in overrides:
+        try:
+            parsed.append(parser.parse_override(text))
+        except HydraException as error:
+            raise ConfigurationError(
+                f"the override '{text}' cannot be read ({_first_line(error)})",
+                remedy="write key=value or group=option",
+                override=text,
+            ) from error
+    return parsed
+
+
+def _axis(override: Override, config_dir: Path | None, primary: Primary) -> list[str]:
+    key = override.get_key_element()
+    value: Any = override.value()
+    if isinstance(value, Glob):
+        options = group_options(config_dir, primary).get(override.key_or_group, ())
+        names = value.filter(list(options))
+        if not names:
+            raise ConfigurationError(
+                f"'{override.input_line}' matches no option",
+                remedy=f"choose from {', '.join(options) or 'a configuration group'}",
+            )
+        return [f"{key}={name}" for name in names]
+    if not override.is_sweep_override():
+        return [override.input_line or ""]
+    return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
+
+
+def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:
+    if option not in groups[group]:
+        raise ConfigurationError(
+            f"unknown {group} '{option}'",
+            remedy=_suggestion(option, groups[group]),
+            group=group,
+            option=option,
+        )
+
+
+@lru_cache(maxsize=1024)
+def _compose_groups(
+    choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary
+) -> tuple[Tree, dict[str, str]]:
+    """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
+    _store_options_without_file(config_dir)
+    overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
+    if config_dir is not None:
+        overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
+            found = compose(primary, overrides=overrides, return_hydra_config=True)
+            chosen = _choices(found.hydra.runtime.choices)
+            sections: Any = [key for key in found if key != "hydra"]
+            composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigurationError(
+            f"the configuration cannot be composed ({_first_line(error)})",
+            remedy="look at it with 'graspbench config'",
+        ) from error
+    assert isinstance(composed, dict)
+    return {str(key): value for key, value in composed.items()}, chosen
+
+
+# An experiment's keys are those of the whole configuration, whatever its file says of a package.
+_IN_HYDRA = {EXPERIMENT: f"{EXPERIMENT}@_global_"}
+
+
+def _choices(made: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the option chosen of each group, as Hydra tells it."""
+    ours = {name: group for group, name in _IN_HYDRA.items()}
+    return {ours.get(str(group), str(group)): str(option) for group, option in made.items() if option}
+
+
+def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:
+    """Set one value; the key must exist, so that a misspelt one is found at once."""
+    path = override.key_or_group
+    _admit_task(tree, path)
+    *parents, last = path.split(".")
+    node: Any = tree
+    for parent in parents:
+        node = node.get(parent) if isinstance(node, dict) else None
+    if not isinstance(node, dict) or last not in node:
+        known = [key for key, _ in flatten(tree)] + list(groups)
+        raise ConfigurationError(
+            f"unknown option '{path}'", remedy=_suggestion(path, known), override=override.input_line
+        )
+    value = override.value()
+    if isinstance(node[last], dict) and not isinstance(value, dict):
+        raise ConfigurationError(
+            f"'{path}' is a group of options, not a value",
+            remedy=f"set one of {', '.join(f'{path}.{key}' for key in node[last])}",
+        )
+    if isinstance(value, dict) and isinstance(node[last], dict):
+        unknown = sorted(set(value) - set(node[last]))
+        if unknown:
+            raise ConfigurationError(
+                f"unknown option '{path}.{unknown[0]}'", remedy=_suggestion(unknown[0], list(node[last]))
+            )
+        node[last].update(_plain(value))
+    else:
+        node[last] = _plain(value)
+
+
+def _admit_task(tree: Tree, path: str) -> None:
+    """Let an override of a task's option bring the task in, with its defaults."""
+    prefix = f"{TASKS_KEY}."
+    if "clik" in tree and path.startswith(prefix):
+        name = path.removeprefix(prefix).split(".")[0]
+        if name not in tree["clik"]["tasks"]:
+            tree["clik"]["tasks"] |= complete_tasks({name: {}})
+
+
+def _plain(value: Any) -> Any:
+    """Turn Hydra's quoted strings and containers into plain Python values."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return getattr(value, "text", value)
+
+
+def _suggestion(word: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=3, cutoff=0.6)
+    if close:
+        return f"did you mean {' or '.join(close)}?"[:-1]
+    if len(known) <= 40:
+        return f"choose one of {', '.join(known)}"
+    return "'graspbench config' prints every option"
+
+
+def _options_without_file() -> dict[str, tuple[str, ...]]:
+    """Return the options that are nothing but a name: indices (of plug-ins too) and catalogue objects."""
+    return {"index": INDICES.names(), "object": list_objects()}
+
+
+def _store_options_without_file(config_dir: Path | None) -> None:
+    """Let Hydra know these options, but for those that have a file: it would take them for its schema."""
+    store = ConfigStore.instance()
+    for group, names in _options_without_file().items():
+        store.repo.pop(group, None)
+        files = [
+            path.stem for root in (CONF_DIR, config_dir) if root for path in (root / group).glob("*.yaml")
+        ]
+        for name in sorted(set(names) - set(files)):
+            store.store(name, {"name": name}, group=group, provider="graspbench")
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0].rstrip(".") if str(error).strip() else type(error).__name__

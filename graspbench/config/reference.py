@@ -1,0 +1,154 @@
+"""The configuration reference, written from the typed schema itself."""
+
+import dataclasses
+import types
+import typing
+from collections.abc import Iterator
+from typing import Any, Literal, Union
+
+import yaml
+from pydantic.fields import FieldInfo
+
+from graspbench.config.compose import CONF_DIR, group_options
+from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
+from graspbench.geometry import catalogue_entry
+from graspbench.planning.index import INDICES
+from graspbench.sweep.engine import EngineParameters
+
+_INTRODUCTION = """\
+# Configuration
+
+<!-- Written by `graspbench config --reference`; a test keeps it in step with the code. -->
+
+Every option of a trial, by section. `graspbench run section=option` chooses a file of `conf/section/`,
+`graspbench run section.key=value` sets one value. `seed` (default 0) is the source of every random draw.
+"""
+
+
+def configuration_reference() -> str:
+    """Return all sections with their options, keys, types, defaults and meanings as Markdown."""
+    groups = group_options(primary="manipulate")
+    parts = [_INTRODUCTION]
+    for section, kind in SECTIONS.items():
+        parts.append(_section(section, kind, groups.get(section, ())))
+    for name in INDICES.names():
+        title = f"index={name}"
+        parts.append(_section("index", section_type("index", {"name": name}), (), title))
+    parts.append("## Manipulation\n\nThe further sections of `graspbench manipulate`.\n")
+    for section in MANIPULATION_SECTIONS:
+        parts.append(_section(section, section_type(section, {}), groups.get(section, ())))
+    parts.append(
+        "# Engine\n\nWhere the trials of `graspbench sweep` and `tune` are run; no part of a trial.\n"
+    )
+    engines = tuple(sorted(path.stem for path in (CONF_DIR / "engine").glob("*.yaml")))
+    parts.append(_section("engine", EngineParameters, engines))
+    return "\n".join(parts)
+
+
+def key_meanings() -> dict[str, str]:
+    """Return what each key of a trial's and an in-hand motion's configuration means."""
+    kinds = [*((section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS))]
+    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
+    return {key: info[1] for section, kind in kinds for key, info in _described(kind, section)}
+
+
+def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
+    lines = [f"## {title or section}", "", _first_line(kind), ""]
+    if options:
+        described = [_option(section, option) for option in options]
+        lines += ["Options:", "", *described, ""]
+    rows = list(_rows(kind, section))
+    if rows:
+        lines += ["| key | type | default | meaning |", "|---|---|---|---|", *rows, ""]
+    return "\n".join(lines)
+
+
+def _option(section: str, option: str) -> str:
+    path = CONF_DIR / section / f"{option}.yaml"
+    first = path.read_text(encoding="utf-8").splitlines()[:1] if path.is_file() else []
+    comment = first[0].lstrip("# ") if first and first[0].startswith("#") else ""
+    if section == "object" and not path.is_file():
+        comment = f"{catalogue_entry(option).description}."
+    return f"- `{section}={option}`" + (f": {comment}" if comment else "")
+
+
+def _rows(kind: type, prefix: str) -> Iterator[str]:
+    for key, (kind_of_value, meaning, default) in _described(kind, prefix):
+        cells = [cell.replace("|", r"\|") for cell in (kind_of_value, meaning)]
+        yield f"| `{key}` | {cells[0]} | `{default}` | {cells[1]} |"
+
+
+def _described(kind: type, prefix: str) -> Iterator[tuple[str, tuple[str, str, str]]]:
+    """Yield each key with its type and bounds, its meaning and its default."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    for field in dataclasses.fields(kind):
+        hint, info = _unwrapped(hints[field.name])
+        default = _default(field)
+        key = f"{prefix}.{field.name}"
+        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+            yield from _described(hint, key)
+            continue
+        bounds = ", ".join(str(item) for item in _bounds(info))
+        shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}"
+        yield key, (shown, info.description if info and info.description else "", _yaml(default))
+
+
+def _unwrapped(hint: Any) -> tuple[Any, FieldInfo | None]:
+    if typing.get_origin(hint) is typing.Annotated:
+        inner, *extras = typing.get_args(hint)
+        return inner, next((item for item in extras if isinstance(item, FieldInfo)), None)
+    return hint, None
+
+
+def _bounds(info: FieldInfo | None) -> Iterator[str]:
+    signs = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
+    for item in info.metadata if info else ():
+        for name, sign in signs.items():
+            if getattr(item, name, None) is not None:
+                yield f"{sign} {getattr(item, name):g}"
+
+
+def _type_name(hint: Any) -> str:
+    hint, _ = _unwrapped(hint)
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is Literal:
+        return " or ".join(f"`{item}`" for item in arguments)
+    if origin in (Union, types.UnionType):
+        return " or ".join(_type_name(item) for item in arguments)
+    if hint is type(None):
+        return "null"
+    if origin is not None:
+        inner = [_type_name(item) for item in arguments if item is not Ellipsis]
+        name = "mapping" if origin is dict else "list"
+        return f"{name} of {', '.join(dict.fromkeys(inner))}" if inner else name
+    return {"str": "text", "int": "whole number", "float": "number", "bool": "switch"}.get(
+        getattr(hint, "__name__", str(hint)), getattr(hint, "__name__", str(hint))
+    )
+
+
+def _default(field: "dataclasses.Field[Any]") -> Any:
+    if field.default is not dataclasses.MISSING:
+        return field.default
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return None
+
+
+def _yaml(value: Any) -> str:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = dataclasses.asdict(value)
+    plain = _listed(value)
+    text: str = yaml.safe_dump(plain, default_flow_style=True, width=10_000, allow_unicode=True)
+    return text.removesuffix("\n...\n").strip()
+
+
+def _listed(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _listed(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_listed(item) for item in value]
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def _first_line(kind: type) -> str:
+    return (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ")

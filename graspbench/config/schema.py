@@ -1,0 +1,176 @@
+"""The typed schema of a trial's configuration: every section, its parameters and their defaults.
+
+Each section is the frozen dataclass of parameters of the stage that reads it, so that a key is written
+once: in the stage. The section ``index`` takes the parameters of the index it names. A primary
+configuration (a file of ``conf/``) says which sections there are: ``config`` has those of a trial,
+``manipulate`` three more.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from functools import cache
+from importlib import import_module
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from graspbench.errors import ConfigurationError
+from graspbench.geometry import ObjectParameters
+from graspbench.grasp import QualityParameters
+from graspbench.hand import HandParameters
+from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
+from graspbench.planning import INDICES, PlannerParameters, SearchParameters
+from graspbench.reconstruction import SurfaceParameters
+from graspbench.record import RecordParameters
+from graspbench.simulation import SceneParameters
+from graspbench.simulation.execution_parameters import ExecutionParameters
+
+Tree = dict[str, Any]
+Primary = Literal["config", "manipulate"]
+
+SECTIONS: dict[str, type] = {
+    "object": ObjectParameters,
+    "scene": SceneParameters,
+    "camera": CameraParameters,
+    "stations": StationParameters,
+    "silhouette": SilhouetteParameters,
+    "surface": SurfaceParameters,
+    "hand": HandParameters,
+    "planner": PlannerParameters,
+    "quality": QualityParameters,
+    "search": SearchParameters,
+    "execution": ExecutionParameters,
+    "record": RecordParameters,
+}
+
+# By module and name: only manipulation loads its solvers.
+MANIPULATION_SECTIONS = {
+    "clik": ("graspbench.manipulation.clik", "ClikParameters"),
+    "motion": ("graspbench.manipulation.motion", "MotionParameters"),
+    "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
+}
+
+# What a configuration may hold besides: where its values come from, and the grids of an experiment.
+NOT_SECTIONS = ("choice", "overridden", "experiment", "grids")
+
+# A mapping whose keys the user chooses: the names of tasks.
+TASKS_KEY = "clik.tasks"
+
+
+def section_names(primary: Primary = "config") -> tuple[str, ...]:
+    """Return the sections of a primary configuration."""
+    more = tuple(MANIPULATION_SECTIONS) if primary == "manipulate" else ()
+    return (*SECTIONS, "index", *more)
+
+
+def section_type(section: str, content: Mapping[str, Any]) -> type:
+    """Return the dataclass of a section; for ``index`` that of the index it names."""
+    if section == "index":
+        kind: type = INDICES[str(content.get("name"))].parameters
+        return kind
+    if section in MANIPULATION_SECTIONS:
+        module, name = MANIPULATION_SECTIONS[section]
+        parameters: type = getattr(import_module(module), name)
+        return parameters
+    return SECTIONS[section]
+
+
+def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config") -> Tree:
+    """Fill a composed tree with the defaults of every section, and of every secondary task.
+
+    Raises:
+        ConfigurationError: A YAML file sets a section or key that does not exist.
+    """
+    complete: Tree = {"seed": int(tree.get("seed", 0))}
+    for section in section_names(primary):
+        content = _mapping(tree.get(section), section)
+        kind = section_type(section, content)
+        name = {"name": content["name"]} if section == "index" else {}
+        complete[section] = _merge(name | _defaults(kind), content, section)
+    if "clik" in complete:
+        complete["clik"]["tasks"] = complete_tasks(complete["clik"]["tasks"])
+    unknown = sorted(set(tree) - set(complete) - {*NOT_SECTIONS})
+    if unknown:
+        raise ConfigurationError(
+            f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
+        )
+    return complete
+
+
+def _mapping(content: Any, section: str) -> Tree:
+    if content is None:
+        return {}
+    if not isinstance(content, Mapping):
+        raise ConfigurationError(
+            f"the section '{section}' is no mapping of options but {str(content)[:40]!r}",
+            remedy=f"write its options below it, or 'override /{section}: NAME' among the defaults",
+        )
+    return {str(key): value for key, value in content.items()}
+
+
+def complete_tasks(tasks: Mapping[str, Any]) -> Tree:
+    """Return the secondary tasks of a configuration with every option of theirs, in the order given.
+
+    Raises:
+        ConfigurationError: A task is unknown, or an option of it is unknown or cannot be used.
+    """
+    from graspbench.manipulation import build_tasks
+
+    given = {name: dict(options or {}) for name, options in tasks.items()}
+    complete = {}
+    for name, task in build_tasks(given).items():
+        kind = {"kind": given[name]["kind"]} if "kind" in given[name] else {}
+        complete[name] = kind | {key: _plain(value) for key, value in dataclasses.asdict(task).items()}
+    return {name: complete[name] for name in given}
+
+
+def validate_section(section: str, content: Mapping[str, Any]) -> Any:
+    """Build a section's parameters from plain values.
+
+    Raises:
+        ConfigurationError: A value is of the wrong type or out of range; the message names the key.
+    """
+    kind = section_type(section, content)
+    values = {key: value for key, value in content.items() if (section, key) != ("index", "name")}
+    try:
+        return _adapter(kind).validate_python(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join([section, *(str(part) for part in first["loc"])])
+        raise ConfigurationError(
+            f"{key} = {first['input']!r} cannot be used",
+            remedy=first["msg"][:1].lower() + first["msg"][1:],
+            key=key,
+            value=first["input"],
+        ) from error
+
+
+@cache
+def _adapter(kind: type) -> TypeAdapter[Any]:
+    """Return what validates a dataclass; to make one takes longer than to use it a hundred times."""
+    return TypeAdapter(kind)
+
+
+def _defaults(kind: type) -> Tree:
+    return {key: _plain(value) for key, value in dataclasses.asdict(kind()).items()}
+
+
+def _plain(value: Any) -> Any:
+    """Turn tuples into lists, as YAML has them."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _merge(defaults: Tree, content: Mapping[str, Any], where: str) -> Tree:
+    merged = dict(defaults)
+    for key, value in content.items():
+        if key not in defaults:
+            raise ConfigurationError(
+                f"unknown option '{where}.{key}'", remedy=f"the options are {', '.join(defaults)}"
+            )
+        nested = isinstance(defaults[key], dict) and isinstance(value, Mapping) and defaults[key]
+        merged[key] = _merge(defaults[key], value, f"{where}.{key}") if nested else _plain(value)
+    return merged

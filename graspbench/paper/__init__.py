@@ -1,0 +1,1 @@
+"""The thesis' experiments, each with its tables and figures."""

@@ -1,0 +1,1 @@
+"""Results: what a trial gives, typed to the leaves, and its folder on disk."""

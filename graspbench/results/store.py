@@ -1,0 +1,216 @@
+"""The results folder: one folder a trial, written whole or not at all.
+
+A trial is written into ``.<trial id>.<process>.partial`` and renamed when it is complete; the tables
+``trials.csv`` and ``trials.parquet`` are made anew from the trials' ``result.json`` files and replaced in
+one step. A process that is killed leaves at most a ``.partial`` folder, or the trial it was replacing as
+``.<trial id>.old``, which is then read instead; never half a result.
+"""
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from graspbench.errors import LogError
+from graspbench.results.columns import parquet_bytes, results_frame
+from graspbench.results.migrations import SCHEMA_VERSION, migrate
+from graspbench.results.plain import result_from_plain
+from graspbench.results.trial_result import TrialResult
+
+__all__ = [
+    "RESULT_FILE",
+    "SCHEMA_VERSION",
+    "LoadedResults",
+    "ResultStore",
+    "load_results",
+    "read_result",
+    "write_atomically",
+]
+
+RESULT_FILE = "result.json"
+TABLE_FILE = "trials.csv"
+_CLAIMS_FILE = ".claims"
+
+
+class ResultStore:
+    """The trials of one experiment on disk.
+
+    Args:
+        root: The experiment's folder; made when the first trial is written.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def folder(self, trial_id: str) -> Path:
+        """Return the folder of a finished trial."""
+        final = self.root / trial_id
+        old = _old(final)
+        return old if old.exists() and not final.exists() else final
+
+    def result(self, trial_id: str) -> TrialResult | None:
+        """Return a finished trial's result, or None when there is none.
+
+        One whose file cannot be read has the status "unreadable", and the reason.
+        """
+        path = self.folder(trial_id) / RESULT_FILE
+        return _readable(path, trial_id) if path.is_file() else None
+
+    def version(self, trial_id: str) -> int | None:
+        """Return a number that changes when a trial's result is written anew; None when there is none."""
+        try:
+            return (self.folder(trial_id) / RESULT_FILE).stat().st_mtime_ns
+        except FileNotFoundError:
+            return None
+
+    @contextmanager
+    def claim(self, trial_id: str) -> Iterator[bool]:
+        """Claim a trial for this process; gives whether nobody else has it.
+
+        Two sweeps in one folder, also on two machines that share it, so never run a trial at the same
+        time. A claim is a lock on one byte of one file: it ends with the process, however that ends.
+        """
+        self.root.mkdir(parents=True, exist_ok=True)
+        with (self.root / _CLAIMS_FILE).open("ab") as stream:
+            try:
+                fcntl.lockf(stream, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(trial_id, 16))
+            except OSError:
+                yield False
+            else:
+                yield True
+
+    @contextmanager
+    def writing(self, trial_id: str) -> Iterator[Path]:
+        """Give a folder to write a trial into; it gets its final name on a clean exit, else it goes."""
+        partial = self.root / f".{trial_id}.{os.getpid()}.partial"
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        try:
+            yield partial
+        except BaseException:
+            self._discard(partial)
+            raise
+        self._publish(partial, self.root / trial_id)
+        for left in self.remains(trial_id):
+            shutil.rmtree(left, ignore_errors=True)
+
+    def remains(self, trial_id: str) -> list[Path]:
+        """Return the folders of a trial that processes left behind when they were killed."""
+        return sorted(self.root.glob(f".{trial_id}.*.partial"))
+
+    def results(self) -> list[TrialResult]:
+        """Return every finished trial's result, ordered by trial id."""
+        ids = {path.parent.name for path in self.root.glob(f"[!.]*/{RESULT_FILE}")}
+        ids |= {path.parent.name[1:-4] for path in self.root.glob(f".*.old/{RESULT_FILE}")}
+        return [result for trial_id in sorted(ids) if (result := self.result(trial_id)) is not None]
+
+    def write_table(self) -> Path:
+        """Rebuild ``trials.csv`` and ``trials.parquet`` from the results; return the former's path."""
+        path, frame = self.root / TABLE_FILE, results_frame(self.results())
+        write_atomically(path, frame.to_csv(index=False))
+        write_atomically(path.with_suffix(".parquet"), parquet_bytes(frame))
+        return path
+
+    def _publish(self, partial: Path, final: Path) -> None:
+        old = _old(final)
+        if final.exists():
+            shutil.rmtree(old, ignore_errors=True)
+            final.rename(old)
+        try:
+            partial.rename(final)
+        except OSError:
+            if not (final / RESULT_FILE).is_file():
+                raise
+            shutil.rmtree(partial)  # another process has just finished the same trial
+        shutil.rmtree(old, ignore_errors=True)
+
+    def _discard(self, partial: Path) -> None:
+        shutil.rmtree(partial, ignore_errors=True)
+        for folder in (self.root, self.root.parent):
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
+
+
+def _old(final: Path) -> Path:
+    """Return where a trial's folder waits while a new one takes its place."""
+    return final.with_name(f".{final.name}.old")
+
+
+def read_result(path: Path) -> TrialResult:
+    """Read a ``result.json`` of this version or an older one.
+
+    Raises:
+        LogError: The file cannot be read, or is of a newer schema than this version knows.
+    """
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+        return result_from_plain(migrate(values, path))
+    except (OSError, ValueError, RecursionError, TypeError, AttributeError) as error:
+        reason = str(error) or type(error).__name__
+        raise LogError(
+            f"the result {path} cannot be read ({reason})", remedy="run its trial again", path=path
+        ) from error
+
+
+@dataclass(frozen=True)
+class LoadedResults:
+    """Trials that were read from results folders.
+
+    Attributes:
+        results: The trials.
+        folders: Each one's folder, by trial id.
+    """
+
+    results: tuple[TrialResult, ...]
+    folders: dict[str, str]
+
+
+def load_results(folders: list[Path]) -> LoadedResults:
+    """Read all trials below some results folders, each trial once (the first folder wins).
+
+    A trial whose file cannot be read is there with the status "unreadable".
+
+    Raises:
+        LogError: A folder does not exist or holds no trial.
+    """
+    merged: dict[str, TrialResult] = {}
+    places: dict[str, str] = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise LogError(f"there is no results folder {folder}", remedy="give one that 'sweep' wrote")
+        found = sorted(path for path in folder.rglob(RESULT_FILE) if _is_trial(path))
+        if not found:
+            raise LogError(f"{folder} holds no finished trial", remedy="run 'graspbench sweep' first")
+        for path in found:
+            result = _readable(path, path.parent.name)
+            if result.trial_id not in merged:
+                merged[result.trial_id] = result
+                places[result.trial_id] = str(path.parent)
+    return LoadedResults(tuple(merged.values()), places)
+
+
+def _is_trial(path: Path) -> bool:
+    """Tell a trial's result from the document of a whole experiment, which has the same name."""
+    return not path.parent.name.startswith(".") and (path.parent / "config.yaml").is_file()
+
+
+def _readable(path: Path, trial_id: str) -> TrialResult:
+    try:
+        return read_result(path)
+    except LogError as error:
+        return TrialResult(trial_id=trial_id, status="unreadable", reason=str(error))
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file so that readers see the old content or the new, never a part."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    with temporary.open("wb") as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
+        stream.flush()
+        os.fsync(stream.fileno())
+    os.replace(temporary, path)

@@ -1,0 +1,100 @@
+"""The engine ``local``: worker processes on this machine that stay warm and may die alone."""
+
+import os
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from graspbench.results.store import ResultStore
+from graspbench.results.trial_result import Status, TrialResult
+from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
+from graspbench.trial.runner import failed_result, fault_file
+
+_WAIT_S = 0.2
+_BUSY_RETRY_S = 1.0
+# A signal to the whole group that ends a worker reaches this process within this time, and ends it too.
+_SIGNAL_S = 0.5
+
+
+def run_local(
+    tasks: Sequence[PendingTrial], root: Path, jobs: int, limits: Limits, stop: threading.Event
+) -> Iterator[TrialResult]:
+    """Run trials in ``jobs`` worker processes and yield each result when it is stored.
+
+    Args:
+        tasks: The trials.
+        root: The results folder.
+        jobs: Trials at a time.
+        limits: Time and memory of each trial.
+        stop: Once set, running trials are finished and no other is begun.
+    """
+    from pebble import ProcessExpired, ProcessPool
+
+    store, waiting = ResultStore(root), deque(tasks)
+    context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
+    context.set_forkserver_preload(list(PRELOADED))
+    pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=(os.getpid(),))
+    running: dict[Any, PendingTrial] = {}
+    try:
+        while running or (waiting and not stop.is_set()):
+            while waiting and len(running) < jobs and not stop.is_set():
+                task = waiting.popleft()
+                future = pool.schedule(run_limited, args=(task, root, limits), timeout=limits.timeout_s)
+                running[future] = task
+            finished, _ = wait(running, timeout=_WAIT_S, return_when=FIRST_COMPLETED)
+            for future in finished:
+                task = running.pop(future)
+                try:
+                    stored = future.result()
+                except FutureTimeoutError:
+                    yield _failure(
+                        task, store, "timeout", f"the trial took longer than {limits.timeout_s:g} s."
+                    )
+                except ProcessExpired as error:
+                    time.sleep(_SIGNAL_S)
+                    yield _failure(
+                        task, store, "crashed", f"the trial's process ended {_how(error.exitcode)}."
+                    )
+                else:
+                    if stored:
+                        yield _stored(task, store)
+                    else:
+                        _defer(task, waiting, store)
+    finally:
+        pool.stop()
+        pool.join()
+
+
+def _defer(task: PendingTrial, waiting: deque[PendingTrial], store: ResultStore) -> None:
+    """Put a trial that another sweep is running at the end; it will be there when its turn comes."""
+    waiting.append(task)
+    if len(waiting) == 1 and store.version(task.config.trial_id) == task.version:
+        time.sleep(_BUSY_RETRY_S)
+
+
+def _stored(task: PendingTrial, store: ResultStore) -> TrialResult:
+    result = store.result(task.config.trial_id)
+    assert result is not None, "the worker has stored it"
+    return result
+
+
+def _failure(task: PendingTrial, store: ResultStore, status: Status, reason: str) -> TrialResult:
+    last_words = fault_file(store.root, task.config.trial_id)
+    details = last_words.read_text(encoding="utf-8") if last_words.is_file() else None
+    with store.claim(task.config.trial_id):
+        result = failed_result(task.config, store, status, reason, details)
+    last_words.unlink(missing_ok=True)
+    return result
+
+
+def _how(exit_code: int | None) -> str:
+    if exit_code is not None and exit_code < 0:
+        return f"by signal {signal.Signals(-exit_code).name}"
+    return f"with exit code {exit_code}"

@@ -1,0 +1,229 @@
+"""In-hand manipulation: a trial up to its grasp, then the motion of the object."""
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.config.trial_config import ManipulationConfig, TrialConfig
+from graspbench.hand import HandModel
+from graspbench.manipulation import ManipulationResult, manipulate_object
+from graspbench.planning import fingertip_paths, track
+from graspbench.record import TrialLog
+from graspbench.results.physical_results import ManipulationSummary, PlayedResult
+from graspbench.results.plain import as_plain
+from graspbench.results.trial_result import TrialResult
+from graspbench.trial.clock import StageClock
+from graspbench.trial.header import started_result
+from graspbench.trial.outcome import local_result, object_result, phase_results
+from graspbench.trial.planned import PlannedTrial, planned_trial
+
+if TYPE_CHECKING:
+    from graspbench.simulation.in_hand import InHandResult
+
+# What a motion that succeeds keeps to.
+POSITION_TOLERANCE_M = 1e-4
+ROTATION_TOLERANCE_DEG = 0.1
+JOINT_TOLERANCE_DEG = 0.05
+
+_LOG_RATE_HZ = 50.0
+
+
+def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+    """Plan a grasp and move the object in the hand: the procedure of kind ``manipulation``.
+
+    Args:
+        config: The trial, the inverse kinematics, the motion and the contacts.
+        log: Where to record it, stage by stage.
+        folder: Where histories and pictures go; None writes none.
+        clock: Times the stages.
+
+    Returns:
+        The result; status "failed" with the reason when the motion is not what was asked for.
+
+    Raises:
+        InputError: What the user gave cannot be used.
+        TrialError: There is no grasp, or the motion cannot go on.
+    """
+    assert isinstance(config, ManipulationConfig), "the kind says so"
+    with planned_trial(config, clock) as trial:
+        contact = config.contact
+        if contact.mass_kg is None and trial.scene is not None:
+            contact = dataclasses.replace(contact, mass_kg=trial.scene.model.mass_kg)
+        moved = clock.run(
+            "manipulation",
+            lambda: manipulate_object(
+                trial.hand,
+                trial.plan.grasp,
+                trial.surfaces[-1],
+                config.motion,
+                config.clik,
+                contact,
+                gravity=config.scene.gravity,
+            ),
+        )
+        reason = shortcoming(moved, trial.hand)
+        played = None if reason else _play(config, trial, moved, clock)
+        if played is not None and played.reason:
+            reason = f"played in physics: {played.reason}"
+        result = dataclasses.replace(
+            started_result(config),
+            status="failed" if reason else "done",
+            reason=reason,
+            success=reason is None,
+            object=object_result(trial),
+            local=local_result(trial),
+            manipulation=ManipulationSummary(**_typed(moved.summary())),
+            in_hand=None if played is None else _played_result(played),
+        )
+        with clock.stage("record"):
+            if played is None:
+                _record(log, trial, moved)
+            else:
+                log.grasp(trial.plan.grasp, "local")
+                log.motion(trial.hand.joint_names, played.motion)
+            log.scores(_scores(result))
+    if folder is not None:
+        with clock.stage("pictures"):
+            _draw(config, trial, moved, played, folder)
+    return result
+
+
+def shortcoming(result: ManipulationResult, hand: HandModel) -> str | None:
+    """Return in one sentence why a motion is not what was asked for, or None."""
+    off = (result.position_error_m > POSITION_TOLERANCE_M) | (
+        result.rotation_error_deg > ROTATION_TOLERANCE_DEG
+    )
+    if off.any():
+        since_s = result.history.times[np.argmax(off)]
+        far_mm, turned_deg = 1e3 * result.position_error_m.max(), result.rotation_error_deg.max()
+        return (
+            f"the hand cannot follow the motion, from {since_s:.2f} s on the object is up to {far_mm:.2g} mm "
+            f"and {turned_deg:.2g} deg off: ask for a smaller or slower motion, or another contact."
+        )
+    joints = result.history.joints
+    beyond_deg = np.rad2deg(np.maximum(joints - hand.upper, hand.lower - joints)).max(axis=0)
+    joint = int(np.argmax(beyond_deg))
+    if beyond_deg[joint] > JOINT_TOLERANCE_DEG:
+        return (
+            f"joint {result.joint_names[joint]} would have to go {beyond_deg[joint]:.2g} deg beyond its "
+            "limit: ask for a smaller motion, or use clik=qp."
+        )
+    return None
+
+
+def _play(
+    config: ManipulationConfig, trial: PlannedTrial, moved: ManipulationResult, clock: StageClock
+) -> "InHandResult | None":
+    """Play the motion on the simulated object, if that is asked for and there is one."""
+    if trial.scene is None or config.execution.until == "off":
+        return None
+    from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+    from graspbench.simulation.tip_friction import tip_friction
+
+    planner, posture = config.planner, trial.plan.grasp.posture
+    assert posture is not None, "a plan made with a checker has a posture"
+    with clock.stage("paths"):
+        paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
+        approach = track(paths, trial.hand, posture, planner.paths)
+    path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
+    with clock.stage("execution"):
+        return play_in_hand(
+            trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
+        )
+
+
+def _typed(figures: dict[str, float | int | bool]) -> dict[str, Any]:
+    return dict(figures)
+
+
+def _played_result(played: "InHandResult") -> PlayedResult:
+    """Return what came of the motion in physics; the sampled motion is left to the log."""
+    errors = (
+        {}
+        if not played.times.size
+        else {
+            "position_error_max_m": float(played.position_error_m.max()),
+            "position_error_end_m": float(played.position_error_m[-1]),
+            "rotation_error_max_deg": float(played.rotation_error_deg.max()),
+            "rotation_error_end_deg": float(played.rotation_error_deg[-1]),
+            "moved_max_m": float(played.moved_m.max()),
+            "turned_max_deg": float(played.turned_deg.max()),
+        }
+    )
+    histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
+    return PlayedResult(
+        success=played.success,
+        friction=played.friction,
+        torsional_friction_m=played.torsional_friction_m,
+        planned_friction=played.planned_friction,
+        grip_force_n=played.grip_force_n,
+        phases=phase_results(played.phases),
+        histories={name: tuple(getattr(played, name).tolist()) for name in histories},
+        **errors,
+    )
+
+
+def _scores(result: TrialResult) -> dict[str, Any]:
+    scores: dict[str, Any] = {"success": result.success}
+    for part in ("manipulation", "in_hand"):
+        for key, value in (as_plain(getattr(result, part)) or {}).items():
+            if not isinstance(value, dict):
+                scores[f"{part}.{key}"] = value
+    return scores
+
+
+def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
+    log.grasp(trial.plan.grasp, "local")
+    period = moved.history.times[1] - moved.history.times[0]
+    shown = slice(None, None, max(round(1.0 / (_LOG_RATE_HZ * period)), 1))
+    log.joints(
+        moved.joint_names,
+        moved.history.times[shown],
+        moved.history.joints[shown],
+        np.broadcast_to(moved.transform_palm_to_world, (len(moved.history.times[shown]), 4, 4)),
+        transform_object_to_world=_object_poses(trial, moved)[shown],
+    )
+
+
+def _object_poses(trial: PlannedTrial, moved: ManipulationResult) -> FloatArray:
+    """Return the object's pose in the world by time, shape (t, 4, 4).
+
+    The object's own frame where it was simulated, else the one at the grasp's centroid.
+    """
+    poses = moved.transform_palm_to_world @ moved.transforms_object_to_palm
+    if trial.scene is None:
+        return np.asarray(poses)
+    return np.asarray(poses @ np.linalg.inv(poses[0]) @ trial.scene.transform_object_to_world)
+
+
+def _draw(
+    config: ManipulationConfig,
+    trial: PlannedTrial,
+    moved: ManipulationResult,
+    played: "InHandResult | None",
+    folder: Path,
+) -> None:
+    from graspbench.report.manipulation_figures import (  # loads Matplotlib
+        draw_manipulation,
+        write_manipulation,
+    )
+
+    write_manipulation(moved, folder / "histories.csv")
+    if not config.record.pictures:
+        return
+    posture = trial.plan.grasp.posture
+    assert posture is not None, "a plan made with a checker has a posture"
+    fingers = {
+        trial.hand.finger_names[finger]: trial.hand.finger_joints(finger) for finger in posture.fingers
+    }
+    title = f"{trial.name}, {trial.hand.name} hand, {config.motion.name}, {config.contact.kind} contacts"
+    draw_manipulation(moved, fingers, folder / "manipulation.png", title=title)
+    if played is not None and played.times.size:
+        from graspbench.report.in_hand_figure import draw_in_hand
+
+        draw_in_hand(played, folder / "in_hand.png", title=f"{title}, played in physics")

@@ -1,0 +1,33 @@
+"""The pictures of a trial."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from graspbench.planning import FingertipPath
+from graspbench.report import draw_grasp, draw_surface_moments, draw_views, pick_moments
+from graspbench.report.geometry import trial_geometry, write_geometry
+from graspbench.report.hand_solids import hand_solids
+from graspbench.trial.planned import PlannedTrial
+
+
+def draw_trial(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[FingertipPath]) -> None:
+    """Draw the views, the surface's moments, the paths, and the hand (thesis figures 3.3, 3.10, 3.11).
+
+    Args:
+        folder: Where ``views.png``, ``surface.png``, ``grasp.png`` and ``hand.png`` go, and the geometry
+            for the report's interactive view.
+        index: The index's name.
+        trial: The trial.
+        paths: Its fingertip paths.
+    """
+    draw_views(trial.views, trial.silhouettes, folder / "views.png")
+    draw_surface_moments(pick_moments(trial.surfaces), folder / "surface.png")
+    surface, grasp, quality = trial.surfaces[-1], trial.plan.grasp, trial.plan.quality
+    write_geometry(*trial_geometry(surface, grasp, paths, trial.hand), folder)
+    title = f"{trial.name}, {trial.hand.name} hand, {index}"
+    caption = f"Q1 {quality.q1:.3g}   Q2 {quality.q2:.3g}   Q3 {quality.q3:.3g}"
+    draw_grasp(surface, grasp, paths, folder / "grasp.png", title=title, caption=caption)
+    if grasp.posture is not None:
+        posture = grasp.posture
+        solids = hand_solids(trial.hand, posture.joints, posture.transform_palm_to_world)
+        draw_grasp(surface, grasp, (), folder / "hand.png", hand=solids, title=title, caption=caption)

@@ -1,0 +1,207 @@
+"""One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
+
+import dataclasses
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from graspbench.config.trial_config import TrialConfig
+from graspbench.planning import (
+    FingertipPath,
+    GlobalResult,
+    JointPath,
+    RefinedGrasp,
+    centre_gain,
+    fingertip_paths,
+    plan_global,
+    refine,
+    track,
+)
+from graspbench.record import TrialLog
+from graspbench.results.trial_result import TrialResult
+from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.tip_friction import tip_friction
+from graspbench.trial.clock import StageClock
+from graspbench.trial.header import started_result
+from graspbench.trial.outcome import (
+    execution_result,
+    global_results,
+    local_result,
+    object_result,
+    ratios,
+    reconstruction_result,
+    refined_results,
+)
+from graspbench.trial.planned import PlannedTrial, planned_trial
+
+
+def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+    """Run one trial: the procedure of kind ``trial``.
+
+    Args:
+        config: What to run.
+        log: Where to record it, stage by stage.
+        folder: Where its pictures go; None draws none.
+        clock: Times the stages.
+
+    Raises:
+        InputError: What the configuration names cannot be used.
+        TrialError: The trial failed on its way; the message says where and why.
+    """
+    with planned_trial(config, clock) as trial:
+        with clock.stage("record"):
+            _record_plan(log, trial)
+        best = _plan_global(config, trial, clock)
+        refined = _refine(config, trial, clock)
+        paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
+        with clock.stage("record"):
+            _record_paths(log, trial, best, paths, motion)
+        execution = _execute(config, trial, motion, clock)
+
+    result = clock.run("figures_of_merit", partial(_result, config, trial, best, refined, execution))
+    with clock.stage("record"):
+        if execution is not None:
+            log.motion(trial.hand.joint_names, execution.motion)
+        log.scores(_scores(result))
+    if folder is not None and config.record.pictures:
+        with clock.stage("pictures"):
+            from graspbench.trial.pictures import draw_trial  # loads Matplotlib
+
+            draw_trial(folder, config.index_name, trial, paths)
+    return result
+
+
+def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, GlobalResult]:
+    """Search the finished surface for the best grasp by each measure, under the same constraints."""
+    if not config.search.enabled:
+        return {}
+
+    def search(measure: str) -> GlobalResult:
+        return plan_global(
+            trial.surfaces[-1],
+            measure,
+            config.hand.fingers,
+            config.quality,
+            config.search,
+            checker=trial.checker,
+            centre_tolerance_m=_centre_tolerance(config, trial),
+            starts=(trial.plan.grasp,),
+        )
+
+    return {
+        measure: clock.run(f"global_{measure}", partial(search, measure))
+        for measure in config.search.measures
+    }
+
+
+def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, RefinedGrasp]:
+    """Climb each measure from the local grasp, under the constraints of the global search."""
+    if not config.search.refine:
+        return {}
+
+    def climb(measure: str) -> RefinedGrasp:
+        return refine(
+            trial.plan.grasp,
+            trial.surfaces[-1],
+            measure,
+            config.quality,
+            checker=trial.checker,
+            centre_tolerance_m=_centre_tolerance(config, trial),
+            parameters=config.planner.refine,
+        )
+
+    return {
+        measure: clock.run(f"refine_{measure}", partial(climb, measure))
+        for measure in config.search.measures
+        if measure != "mirtich_canny"
+    }
+
+
+def _centre_tolerance(config: TrialConfig, trial: PlannedTrial) -> float | None:
+    """Return how far the centre of grip may be from the centroid; None when the index does not ask.
+
+    The search gets at least the freedom that the local grasp took, or the two could not be compared.
+    """
+    if not centre_gain(config.index_name, config.index):
+        return None
+    grasp = trial.plan.grasp
+    taken = float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid))
+    return max(config.search.centre_tolerance_m, 1.001 * taken)
+
+
+def _plan_paths(config: TrialConfig, trial: PlannedTrial) -> tuple[tuple[FingertipPath, ...], JointPath]:
+    """Plan the fingertips' way to their contacts and the hand's motion along it."""
+    planner, posture = config.planner, trial.plan.grasp.posture
+    assert posture is not None, "a plan made with a checker has a posture"
+    paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
+    return paths, track(paths, trial.hand, posture, planner.paths)
+
+
+def _execute(
+    config: TrialConfig, trial: PlannedTrial, motion: JointPath, clock: StageClock
+) -> ExecutionResult | None:
+    if trial.scene is None or config.execution.until == "off":
+        return None
+    with clock.stage("execution"):
+        friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        return execute_grasp(
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+        )
+
+
+def _result(
+    config: TrialConfig,
+    trial: PlannedTrial,
+    best: Mapping[str, GlobalResult],
+    refined: Mapping[str, RefinedGrasp],
+    execution: ExecutionResult | None,
+) -> TrialResult:
+    surface, quality = trial.surfaces[-1], config.quality
+    local, optima = local_result(trial, quality, config.search), global_results(best, surface, quality)
+    return dataclasses.replace(
+        started_result(config),
+        success=None if execution is None else execution.success,
+        object=object_result(trial),
+        local=local,
+        global_=optima,
+        ratio=ratios(local, optima),
+        refined=refined_results(refined),
+        reconstruction=reconstruction_result(trial),
+        execution=None if execution is None else execution_result(execution),
+    )
+
+
+def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
+    log.views(trial.views, trial.silhouettes)
+    if trial.scene is not None:
+        log.object_pose(trial.scene.transform_object_to_world)
+    for surface in trial.surfaces:
+        log.surface(surface)
+    log.grasp(trial.plan.grasp, "local")
+
+
+def _record_paths(
+    log: TrialLog,
+    trial: PlannedTrial,
+    best: Mapping[str, GlobalResult],
+    paths: tuple[FingertipPath, ...],
+    motion: JointPath,
+) -> None:
+    for measure, found in best.items():
+        if found.grasp is not None:
+            log.grasp(found.grasp, f"global-{measure}")
+    log.paths(paths)
+    log.joints(trial.hand.joint_names, motion.times, motion.joints, motion.transform_palm_to_world)
+
+
+def _scores(result: TrialResult) -> dict[str, object]:
+    scores: dict[str, object] = {"success": result.success}
+    for measure in ("q1", "q2", "q3"):
+        scores[f"local.{measure}"] = getattr(result.local, measure)
+    for measure, found in result.global_.items():
+        scores[f"global.{measure}"] = found.value
+        scores[f"ratio.{measure}"] = result.ratio.get(measure)
+    return scores

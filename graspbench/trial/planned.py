@@ -1,0 +1,148 @@
+"""The front half of a trial: from images to a grasp by the local planner."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import HandError
+from graspbench.geometry import ObjectModel, load_object
+from graspbench.geometry.width import smallest_width
+from graspbench.hand import GraspChecker, HandModel, load_hand
+from graspbench.perception import Silhouette, View
+from graspbench.perception import silhouettes as find_silhouettes
+from graspbench.perception.images import load_views
+from graspbench.planning import LocalPlan, make_index, plan_local
+from graspbench.reconstruction import Surface, reconstruct
+from graspbench.trial.clock import StageClock
+
+if TYPE_CHECKING:
+    from graspbench.simulation import World
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the camera looked at, when it was simulated.
+
+    Attributes:
+        world: The simulated world, open for the execution.
+        model: The object.
+        transform_object_to_world: Where the object was when the images were taken, shape (4, 4).
+    """
+
+    world: "World"
+    model: ObjectModel
+    transform_object_to_world: FloatArray
+
+
+@dataclass(frozen=True)
+class PlannedTrial:
+    """A trial up to its local plan.
+
+    Attributes:
+        name: What the object is called.
+        scene: The simulated scene; None when the images came from files.
+        hand: The hand.
+        checker: The hand's constraints, with the finished surface as obstacle.
+        views: The images.
+        silhouettes: Their silhouettes.
+        surfaces: The reconstruction's snapshots, the last one at rest.
+        plan: The local plan.
+    """
+
+    name: str
+    scene: Scene | None
+    hand: HandModel
+    checker: GraspChecker
+    views: tuple[View, ...]
+    silhouettes: tuple[Silhouette, ...]
+    surfaces: list[Surface]
+    plan: LocalPlan
+
+
+@contextmanager
+def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTrial]:
+    """Take images, reconstruct and plan locally; the simulated world stays open inside the block.
+
+    Args:
+        config: What to run.
+        clock: Times the stages.
+
+    Raises:
+        InputError: What the configuration names cannot be used.
+        TrialError: No surface or no grasp was found.
+    """
+    fingers = config.hand.fingers
+    index = make_index(config.index_name, config.index, fingers, config.quality)
+    with clock.stage("hand"):
+        hand = load_hand(config.hand)
+        checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
+    with ExitStack() as stack:
+        if config.scene.source == "images":
+            scene, name = None, str(config.scene.images_dir)
+            with clock.stage("images"):
+                views = load_views(config.scene.images_dir)
+        else:
+            scene, views = _photograph(config, checker, clock, stack)
+            name = scene.model.name
+        silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+
+        def plan_while_forming() -> tuple[list[Surface], LocalPlan]:
+            surfaces: list[Surface] = []
+            snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
+            plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
+            clock.add("local_planning", plan.planning_time_s)
+            return surfaces, plan
+
+        surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
+        yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+
+
+def reconstructed(config: TrialConfig) -> list[Surface]:
+    """Photograph the simulated object and reconstruct it; nothing is planned.
+
+    Returns:
+        The reconstruction's snapshots, the last one at rest.
+    """
+    from graspbench.simulation import World
+    from graspbench.simulation.capture import capture
+
+    model = load_object(config.object)
+    with World(model, config.scene, config.seed) as world:
+        views = capture(world, config.camera, config.stations, config.seed, config.silhouette)
+    return list(reconstruct(find_silhouettes(views, config.silhouette), config.surface))
+
+
+def _photograph(
+    config: TrialConfig, checker: GraspChecker, clock: StageClock, stack: ExitStack
+) -> tuple[Scene, tuple[View, ...]]:
+    """Put the object on the table and take images of it from all stations."""
+    from graspbench.simulation import World
+    from graspbench.simulation.capture import capture
+
+    with clock.stage("object"):
+        model = load_object(config.object)
+        _check_size(model, checker)
+    with clock.stage("scene"):
+        world = stack.enter_context(World(model, config.scene, config.seed))
+    with clock.stage("images"):
+        views = capture(world, config.camera, config.stations, config.seed, config.silhouette)
+    return Scene(world, model, world.transform_object_to_world), views
+
+
+def _check_size(model: ObjectModel, checker: GraspChecker) -> None:
+    """Refuse an object that no posture of the hand can span, before any image is taken."""
+    width = smallest_width(np.asarray(model.mesh.vertices)) + 2 * checker.hand.tip_radius_m
+    if width > checker.pair_limit_m:
+        raise HandError(
+            f"the object '{model.name}' with a fingertip on each side is {1e3 * width:.0f} mm wide where it "
+            f"is narrowest, the hand '{checker.hand.name}' spans {1e3 * checker.pair_limit_m:.0f} mm",
+            remedy="take a larger hand or a smaller object.scale",
+            width_m=width,
+            span_m=checker.pair_limit_m,
+        )

@@ -1,0 +1,165 @@
+"""One trial of any kind, run and stored."""
+
+import dataclasses
+import shutil
+import time
+import traceback
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol
+
+from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import InputError, TrialError
+from graspbench.record import TrialLog
+from graspbench.results.plain import to_json
+from graspbench.results.provenance import provenance
+from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore
+from graspbench.results.trial_result import Status, TrialResult
+from graspbench.trial.clock import StageClock
+from graspbench.trial.header import executes, started_result
+
+CONFIG_FILE = "config.yaml"
+ERROR_FILE = "error.txt"
+
+Listener = Callable[[str, float], None]
+"""Called with each stage's name and seconds."""
+
+
+class Procedure(Protocol):
+    """What a kind of trial does, from its configuration to its result."""
+
+    def __call__(
+        self, config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock, /
+    ) -> TrialResult:
+        """Run the trial; return its result without times and provenance, which the runner adds.
+
+        Args:
+            config: What to run.
+            log: Where to record it, stage by stage.
+            folder: Where further files go; None writes none.
+            clock: Times the stages.
+
+        Raises:
+            InputError: What the configuration names cannot be used.
+            TrialError: The trial failed on its way; the message says where and why.
+        """
+
+
+# By kind: the module, loaded on first use since it loads the simulator, and the log's name.
+_PROCEDURES = {
+    "trial": ("graspbench.trial.pipeline", "run_grasp", "trial.mcap"),
+    "manipulation": ("graspbench.trial.in_hand", "run_in_hand", "manipulation.mcap"),
+}
+
+
+def run_trial(
+    config: TrialConfig,
+    *,
+    log: TrialLog | None = None,
+    picture_dir: Path | None = None,
+    on_stage: Listener | None = None,
+) -> TrialResult:
+    """Run one trial, a grasp or an in-hand motion; nothing is stored.
+
+    Args:
+        config: What to run.
+        log: Where to record it, stage by stage; None records nothing.
+        picture_dir: Where its pictures go; None draws none.
+        on_stage: Called with each stage's name and seconds.
+
+    Raises:
+        InputError: What the configuration names cannot be used.
+        TrialError: The trial failed on its way; the message says where and why.
+    """
+    module, name, _ = _PROCEDURES[config.kind]
+    procedure: Procedure = getattr(import_module(module), name)
+    clock = StageClock(on_stage)
+    result = procedure(config, log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock)
+    return dataclasses.replace(result, times_s=dict(clock.seconds), compiled=tuple(clock.compiled))
+
+
+def run_and_store(
+    config: TrialConfig,
+    store: ResultStore,
+    *,
+    on_stage: Listener | None = None,
+    contain: bool = False,
+) -> TrialResult:
+    """Run one trial and write its folder: configuration, result, log and pictures.
+
+    Args:
+        config: The trial, a grasp or an in-hand motion.
+        store: Where its folder goes.
+        on_stage: Called with each stage's name and seconds.
+        contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
+
+    Returns:
+        The content of ``result.json``; status "failed" with the reason when the trial could not be
+        finished.
+
+    Raises:
+        InputError: What the user gave cannot be used; nothing is written.
+    """
+    started, text = time.time(), config.as_yaml()
+    with store.writing(config.trial_id) as folder:
+        (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+        try:
+            with TrialLog(folder / _PROCEDURES[config.kind][2], config.record) as log:
+                log.attach(CONFIG_FILE, text)
+                log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
+                result = run_trial(config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage))
+        except Exception as error:
+            if not contain and (isinstance(error, InputError) or not isinstance(error, TrialError)):
+                raise
+            (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
+            result = _unfinished(config, "failed", _reason(error))
+        result = dataclasses.replace(result, provenance=provenance(started))
+        (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
+    return result
+
+
+def failed_result(
+    config: TrialConfig, store: ResultStore, status: Status, reason: str, details: str | None = None
+) -> TrialResult:
+    """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
+    result = dataclasses.replace(_unfinished(config, status, reason), provenance=provenance())
+    remains = store.remains(config.trial_id)
+    with store.writing(config.trial_id) as folder:
+        (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
+        for log in (path for left in remains for path in left.glob("*.mcap.partial")):
+            shutil.copyfile(log, folder / log.name)
+        if details:
+            (folder / ERROR_FILE).write_text(details, encoding="utf-8")
+        (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
+    return result
+
+
+def fault_file(root: Path, trial_id: str) -> Path:
+    """Return where a worker's last traceback goes when a signal or the time limit ends it."""
+    return root / f".{trial_id}.fault"
+
+
+def _logged(log: TrialLog, on_stage: Listener | None) -> Listener:
+    """Return a listener that also logs each stage's end, so that a log that is cut shows how far it came."""
+
+    def listen(stage: str, seconds: float) -> None:
+        log.message(f"{stage} done", level="debug", stage=stage)
+        if on_stage is not None:
+            on_stage(stage, seconds)
+
+    return listen
+
+
+def _unfinished(config: TrialConfig, status: Status, reason: str) -> TrialResult:
+    """Return the result of a trial that came to no end: no success where one was to be executed."""
+    success = False if executes(config) else None
+    return dataclasses.replace(started_result(config), status=status, reason=reason, success=success)
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, MemoryError):
+        return "memory: the trial needed more than its limit."
+    if isinstance(error, InputError | TrialError):
+        return str(error)
+    return f"unexpected {type(error).__name__}: {error}"

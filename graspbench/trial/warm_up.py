@@ -1,0 +1,72 @@
+"""Compile the inner loops ahead of the first trial, on two cores.
+
+``python -m graspbench.trial.warm_up`` does it. Compiled code is kept on disk, so this is needed once
+after an installation. Without it the first trial compiles what it needs.
+"""
+
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graspbench.config.trial_config import TrialConfig
+    from graspbench.reconstruction.surface import Surface
+
+
+def main() -> None:
+    """Compile both halves at the same time."""
+    context = get_context("spawn")
+    other = context.Process(target=warm_up_hand)
+    other.start()
+    warm_up_planner()
+    other.join()
+
+
+def warm_up_planner() -> None:
+    """Compile what plans on a surface without a hand."""
+    from graspbench.config.trial_config import load_config
+    from graspbench.planning import make_index, plan_local
+
+    config = load_config(["planner.candidates=1", "planner.planes=1"])
+    index = make_index(config.index_name, config.index, 3, config.quality)
+    plan_local([_ball()], index, None, 3, config.planner, config.quality)
+    warm_up_search(config)
+
+
+def warm_up_search(config: "TrialConfig") -> None:
+    """Compile what searches all grasps of a surface."""
+    from graspbench.planning import SearchParameters, plan_global
+
+    for measure in ("q1", "q3"):
+        plan_global(_ball(), measure, 3, config.quality, SearchParameters(time_limit_s=5.0))
+
+
+def warm_up_hand() -> None:
+    """Compile what places a hand on contacts."""
+    import numpy as np
+
+    from graspbench.config.trial_config import load_config
+    from graspbench.hand import GraspChecker, load_hand
+
+    surface = _ball()
+    checker = GraspChecker(load_hand(load_config().hand))
+    checker.set_object(surface.points, surface.network.faces)
+    angles = np.deg2rad([90.0, 210.0, 330.0])
+    normals = np.stack((np.cos(angles), np.sin(angles), np.zeros(3)), axis=1)
+    posture = checker.place(surface.centroid + 0.03 * normals, normals)
+    checker.place(surface.centroid + 0.03 * normals, normals, start=posture)
+
+
+def _ball() -> "Surface":
+    import numpy as np
+
+    from graspbench.reconstruction import Ellipsoid, build_network
+    from graspbench.reconstruction.sampling import sample_ellipsoid
+    from graspbench.reconstruction.surface import Surface
+
+    network, centre = build_network(12, 12), np.array([0.0, 0.0, 0.05])
+    points = sample_ellipsoid(Ellipsoid(centre, np.eye(3), np.full(3, 0.03)), network, 0.3)
+    return Surface(points, (points - centre) / 0.03, centre, network, 0, True)
+
+
+if __name__ == "__main__":
+    main()
