@@ -11,7 +11,8 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandParameters, HandPosture, load_hand
 from graspbench.manipulation import charts
 from graspbench.manipulation.clik import ClikParameters
-from graspbench.manipulation.manipulate import ContactParameters, hand_tree, manipulate_object
+from graspbench.manipulation.held_object import hand_tree
+from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
 from graspbench.manipulation.motion import MotionParameters
 from graspbench.reconstruction.network import build_network
 from graspbench.reconstruction.surface import Surface
