@@ -1,5 +1,6 @@
 """``graspbench run``: one trial."""
 
+import csv
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -70,6 +71,10 @@ def _print_summary(result: "TrialResult", folder: Path) -> None:
         figures = [{"figure": key, "value": value} for key, value in vars(result.manipulation).items()]
         motion, contact = result.config["motion"]["name"], result.config["contact"]["kind"]
         print_rows(figures, title=f"{who}, motion {motion}, {contact} contacts")
+    if (folder / "range.csv").exists():
+        with (folder / "range.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        print_rows(rows, title=f"{who}: how far the object can be moved (m) and turned (deg), palm axes")
     out.print(f"results   {folder}")
     for path in sorted(folder.iterdir()):
         if path.suffix in _SHOWN_FILES:

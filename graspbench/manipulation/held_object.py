@@ -26,6 +26,7 @@ class HeldObject:
         position: The object's origin in the palm frame, shape (3,), m.
         rotation: Its orientation there, shape (3, 3).
         transform_palm_to_world: Pose of the palm, shape (4, 4).
+        joint_names: Of the hand.
     """
 
     system: ManipulationSystem
@@ -34,6 +35,7 @@ class HeldObject:
     position: FloatArray
     rotation: FloatArray
     transform_palm_to_world: FloatArray
+    joint_names: tuple[str, ...]
 
 
 def hold_object(
@@ -75,7 +77,8 @@ def hold_object(
     joints = _touch(rough, posture.joints, touching, to_palm)
     position, rotation = to_palm[:3, 3], to_palm[:3, :3]
     system, variables = rough.grasped(joints, position, rotation, coordinates=touching)
-    return HeldObject(system, joints, variables, position, rotation, posture.transform_palm_to_world)
+    palm = posture.transform_palm_to_world
+    return HeldObject(system, joints, variables, position, rotation, palm, hand.joint_names)
 
 
 def hand_tree(hand: HandModel, fingers: Sequence[int]) -> KinematicTree:

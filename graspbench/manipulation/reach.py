@@ -1,6 +1,6 @@
 """How far a grasp can move its object: until a limit, an edge or a singularity is met."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,7 +98,7 @@ def follow(
     def check(law: Clik, period: int) -> None:
         nonlocal now
         now = period * clik.step_s
-        ended_by = _shortfall(law)
+        ended_by = _shortfall(law, held.joint_names)
         if ended_by is not None:
             raise _EndOfReach(ended_by)
         if watch is not None:
@@ -156,7 +156,7 @@ def refusal(reach: Reach) -> ManipulationError:
     )
 
 
-def _shortfall(law: Clik) -> str | None:
+def _shortfall(law: Clik, joint_names: Sequence[str]) -> str | None:
     """Return what is wrong with the law's state, or None."""
     errors, system = law.errors, law.system
     far_m = float(np.linalg.norm(errors[:, :3], axis=1).max())
@@ -167,7 +167,7 @@ def _shortfall(law: Clik) -> str | None:
     beyond = np.rad2deg(np.maximum(joints - system.tree.upper, system.tree.lower - joints))
     joint = int(np.argmax(beyond))
     if beyond[joint] > JOINT_TOLERANCE_DEG:
-        return f"joint {joint} is {beyond[joint]:.2g} deg beyond its limit"
+        return f"joint {joint_names[joint]} is {beyond[joint]:.2g} deg beyond its limit"
     return None
 
 
