@@ -110,34 +110,31 @@ def test_equals_the_projection_where_no_limit_is_active():
     np.testing.assert_allclose(a, b, atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_levels_equal_a_general_solver(seed):
-    """Random limits that bind: object, tasks and the rest come out as ProxQP's, level after level."""
+@pytest.mark.parametrize("seed", range(8))
+def test_no_general_solver_serves_the_levels_better(seed):
+    """Random limits that bind: level after level as good as ProxQP, until one of the two does better."""
     system, q, eta, path = make_case(seed)
     clik = Clik(system, path, parameters(), tasks())
     projected = Clik(system, path, replace(parameters(), method="pseudo_inverse"), tasks())
-    compared = 0
     for time in (0.1, 0.15, 0.2):
         velocity = clik.velocity(time, q, eta)
-        if clik._qp.levels_solved == 0:
-            continue
+        assert clik._qp.levels_solved > 0
         near = projected.velocity(time, q, eta) / clik.scale
         limits, state = clik._qp._limits, clik.state
         levels = [(state.jacobian * clik.scale, clik.wanted)]
         for task in clik.tasks.values():
             matrix = task.evaluate(state).jacobian * clik.scale
             levels.append((matrix, matrix @ near))
-        bounds = limits.low, limits.high, limits.rows, limits.least
-        expected = hierarchical_velocity(levels, near, *bounds)
-        if expected is None:
-            continue
-        found = velocity / clik.scale
-        for matrix, wanted in levels[:1]:  # what counts first is served no worse
-            miss, least = (np.linalg.norm(matrix @ x - wanted) for x in (found, expected))
-            assert miss <= least + 1e-6
-        np.testing.assert_allclose(found, expected, atol=2e-4 * max(1.0, np.abs(expected).max()))
-        compared += 1
-    assert compared or seed not in (0, 1, 2, 3)
+        expected = hierarchical_velocity(levels, near, limits.low, limits.high, limits.rows, limits.least)
+        found, better = velocity / clik.scale, False
+        for matrix, wanted in [*levels, (np.eye(len(near)), near)]:
+            miss, least = (float(np.linalg.norm(matrix @ x - wanted)) for x in (found, expected))
+            assert miss <= least + 1e-5 * max(1.0, least)
+            better = miss < least - 1e-5 * max(1.0, least)
+            if better:  # ProxQP gave up on this level, so those below are not comparable
+                break
+        if not better:
+            np.testing.assert_allclose(found, expected, atol=2e-4 * max(1.0, np.abs(expected).max()))
 
 
 def test_the_object_comes_before_the_tasks_when_a_limit_binds():
