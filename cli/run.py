@@ -1,5 +1,6 @@
 """``graspbench run``: one trial."""
 
+import csv
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -76,6 +77,10 @@ def _print_summary(result: "TrialResult", folder: Path) -> None:
         rows = [_measure_row(result, measure) for measure in searched or THESIS_MEASURES]
         told = "local against global" if searched else "the local grasp"
         print_rows(rows, title=f"{who}, index {result.index['name']}: {told}")
+    if (folder / "range.csv").exists():
+        with (folder / "range.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        print_rows(rows, title=f"{who}: how far the object can be moved (m) and turned (deg), palm axes")
     out.print(f"results   {folder}")
     for path in sorted(folder.iterdir()):
         if path.suffix in _SHOWN_FILES:

@@ -24,9 +24,9 @@ from graspbench.hand import HandModel, HandParameters, load_hand
 from graspbench.manipulation import charts
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
+from graspbench.manipulation.held_object import hand_tree
 from graspbench.manipulation.integration import INTEGRATORS, step
 from graspbench.manipulation.loop import simulate
-from graspbench.manipulation.manipulate import hand_tree
 from graspbench.manipulation.motion import MotionParameters, object_motion
 from graspbench.manipulation.secondary_task import build_tasks
 

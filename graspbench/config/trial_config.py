@@ -277,7 +277,7 @@ def _check_manipulation(config: ManipulationConfig) -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
     fingers = config.hand.fingers
     for name, options in config.clik.tasks.items():
-        for key in ("finger", "first", "second", "contacts", "middle_of"):
+        for key in ("fingers", "first", "second", "contacts", "middle_of"):
             value = options.get(key)
             named = value if isinstance(value, list | tuple) else [] if value is None else [value]
             if any(not 0 <= int(finger) < fingers for finger in named):

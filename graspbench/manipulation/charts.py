@@ -14,7 +14,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError, ManipulationError
-from graspbench.manipulation.compiled.chart_formulas import HEADER, ChartKind, chart_derivatives, gauss_frame
+from graspbench.manipulation.compiled.chart_formulas import ChartKind, chart_derivatives, gauss_frame
 
 
 class ChartPoint(NamedTuple):
@@ -39,21 +39,25 @@ class Chart:
 
     Attributes:
         kind: Its formula.
-        parameters: Rotation (9) and origin (3) of the chart in the object frame, then the formula's
-            own numbers; shape (n,).
+        rotation: The chart's orientation in the object frame, shape (3, 3).
+        origin: Its origin there, shape (3,), m.
+        numbers: The formula's own numbers, shape (n,).
         domain: [[u_min, u_max], [v_min, v_max]], shape (2, 2): where the chart may be used.
         name: Kind of surface, for messages.
     """
 
     kind: ChartKind
-    parameters: FloatArray
+    rotation: FloatArray
+    origin: FloatArray
+    numbers: FloatArray
     domain: FloatArray = field(default_factory=lambda: np.array([[-1e3, 1e3], [-1e3, 1e3]]))
     name: str = "plane"
 
     def __call__(self, xi: Sequence[float] | FloatArray) -> ChartPoint:
         """Return point, tangents, Gauss frame and C at ``xi`` = (u, v)."""
         derivatives, frame, spin = np.empty((6, 3)), np.empty((3, 3)), np.empty((3, 2))
-        chart_derivatives(int(self.kind), self.parameters, float(xi[0]), float(xi[1]), derivatives)
+        place = int(self.kind), self.rotation, self.origin
+        chart_derivatives(*place, self.numbers, float(xi[0]), float(xi[1]), derivatives)
         gauss_frame(derivatives, frame, spin)
         return ChartPoint(derivatives[0].copy(), derivatives[1:3].T.copy(), frame, spin)
 
@@ -83,10 +87,6 @@ class Chart:
                 gap_m=gap,
             )
         return np.asarray(xi, dtype=np.float64)
-
-    def contains(self, xi: FloatArray) -> bool:
-        """Return whether ``xi`` lies in the chart's domain."""
-        return bool(np.all(self.domain[:, 0] <= xi) and np.all(xi <= self.domain[:, 1]))
 
 
 def plane(
@@ -229,9 +229,8 @@ def _chart(
     if not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-9) or np.linalg.det(matrix) < 0.0:
         raise ConfigurationError(f"the {name} chart's rotation is not a rotation matrix", rotation=rotation)
     start = np.zeros(3) if origin is None else np.asarray(origin, dtype=np.float64)
-    parameters = np.concatenate([matrix.reshape(9), start, np.asarray(numbers, dtype=np.float64)])
-    assert parameters.size == HEADER + len(numbers)
-    return Chart(kind, parameters, domain, name)
+    own = np.asarray(numbers, dtype=np.float64)
+    return Chart(kind, np.ascontiguousarray(matrix), start, own, domain, name)
 
 
 def _sphere_box() -> FloatArray:

@@ -17,6 +17,9 @@ from graspbench.manipulation.pose_sample import PoseSample
 from graspbench.manipulation.qp import HierarchicalQP, QpParameters
 from graspbench.manipulation.secondary_task import SecondaryTask
 from graspbench.manipulation.task_set import TaskSet
+from graspbench.manipulation.transpose_gain import stable_gains
+
+_GAIN = 100.0
 
 Reference = Callable[[float], PoseSample]
 
@@ -37,8 +40,16 @@ class ClikParameters:
         Literal["pseudo_inverse", "transpose", "qp"],
         Field(description="Right pseudo-inverse (4.10), transpose (4.12), or hierarchical QP"),
     ] = "pseudo_inverse"
-    gain: Annotated[float, Field(gt=0, description="K of the object's position error, 1/s")] = 100.0
-    rotation_gain: Annotated[float, Field(gt=0, description="K of its orientation error, 1/s")] = 100.0
+    gain: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            description="K of the position error, 1/s; null: 100, or what the Jacobian allows (transpose)",
+        ),
+    ] = None
+    rotation_gain: Annotated[
+        float | None, Field(gt=0, description="K of its orientation error, 1/s; null: likewise")
+    ] = None
     step_s: Annotated[float, Field(gt=0, description="Control period, s")] = 1e-3
     integrator: Annotated[
         Literal["euler", "heun", "rk4"], Field(description="Fixed-step rule of order 1, 2 or 4")
@@ -104,13 +115,16 @@ class Clik:
         self.system, self.reference, self.parameters = system, reference, parameters
         self.tasks = dict(tasks or {})
         self.state = State(system)
+        self._given_gains = (parameters.gain, parameters.rotation_gain)
+        self._gains_are_due = parameters.method == "transpose" and None in self._given_gains
         free = system.n_variables - system.rows * system.n_contacts
         self._law = law = LawArrays(
             sizes={**system.sizes, "free": free},
             transpose=parameters.method == "transpose",
+            limited=parameters.method == "qp",
             singular_threshold=parameters.singular_threshold,
             largest_damping=parameters.largest_damping,
-            gain=np.repeat([parameters.gain, parameters.rotation_gain], 3),
+            gain=np.repeat([g or _GAIN for g in self._given_gains], 3),
             scale=_scale(system, parameters),
         )
         self.scale, self.errors, self.wanted = law.scale, law.errors, law.wanted
@@ -119,9 +133,7 @@ class Clik:
         self._task_set = TaskSet(self.tasks, system)
         self._orders = _orders(self._task_set.names, parameters.priority_changes)
         self._qp = (
-            HierarchicalQP(system, parameters.qp, self.scale, parameters.step_s)
-            if parameters.method == "qp"
-            else None
+            HierarchicalQP(system, parameters.qp, parameters.step_s) if parameters.method == "qp" else None
         )
 
     @property
@@ -149,6 +161,8 @@ class Clik:
         else:
             state.joints[:] = joints
             state.contact_variables[:] = contacts
+        if self._gains_are_due:
+            self._choose_gains(joints, contacts)
         before, after, share = self._order(time_s)
         velocity = self._solve(time_s, desired, after, stage)
         if share < 1.0:  # both velocities do the main task, and so does every mixture of them
@@ -156,6 +170,14 @@ class Clik:
             velocity = share * velocity + (1.0 - share) * self._solve(time_s, desired, before, Stage.VELOCITY)
             self.contact_rates[:] = share * rates + (1.0 - share) * self.contact_rates
         return velocity
+
+    def _choose_gains(self, joints: FloatArray, contacts: FloatArray) -> None:
+        """Fill in the gains that were not given, from the Jacobian where the motion starts."""
+        self.state.update(joints, contacts)
+        chosen = stable_gains(self.state, self.scale, self.parameters.step_s)
+        gains = [given or own for given, own in zip(self._given_gains, chosen, strict=True)]
+        self._law.gain[:] = np.repeat(gains, 3)
+        self._gains_are_due = False
 
     def _order(self, time_s: float) -> tuple[IntArray, IntArray, float]:
         """Return the order before and after the last change, and the share of the latter."""
@@ -180,11 +202,9 @@ class Clik:
         )
         if self.smallest_singular_value < 0.0:
             self.state.refuse_singularity()
-        if self._qp is None:
-            return self._velocity.copy()
-        velocity = self._qp.limit(self.state, self._velocity, self.wanted, self._task_set.jacobians(order))
-        self.contact_rates[:] = self.state.rates(velocity)
-        return velocity
+        if self._qp is not None:
+            self._qp.limit(self.state, self._law, self._task_set.table, order)
+        return self._velocity.copy()
 
 
 def _check(system: ManipulationSystem, parameters: ClikParameters) -> None:

@@ -84,9 +84,9 @@ class ManipulationSystem:
         xi, theta, self.n_variables = _columns(contacts, tree.n_joints, planar)
         components = np.array([0, 1, 5] if planar else range(6), dtype=np.int64)
         self.rows = len(components)
-        parameters = np.zeros((self.n_contacts, max(c.chart.parameters.size for c in contacts)))
+        chart_numbers = np.zeros((self.n_contacts, max(c.chart.numbers.size for c in contacts)))
         for i, contact in enumerate(contacts):
-            parameters[i, : contact.chart.parameters.size] = contact.chart.parameters
+            chart_numbers[i, : contact.chart.numbers.size] = contact.chart.numbers
         self.arrays = SystemArrays(
             joint_turns=joint_turns(tree),
             placement_translations=tree.placement_translations,
@@ -94,7 +94,9 @@ class ManipulationSystem:
             tip_rotations=tree.tip_rotations,
             tip_translations=tree.tip_translations,
             tip_radii=[c.tip_radius_m for c in contacts],
-            chart_parameters=parameters,
+            chart_rotations=[c.chart.rotation for c in contacts],
+            chart_origins=[c.chart.origin for c in contacts],
+            chart_numbers=chart_numbers,
             parents=tree.parents,
             tip_joints=tree.tip_joints,
             paths=tree.paths(),

@@ -1,26 +1,26 @@
 """In-hand manipulation: a robot hand moves an object it grasps through a given motion (thesis 4.4)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import HandError, ManipulationError
+from graspbench.errors import ManipulationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandModel
-from graspbench.manipulation.charts import Chart, mesh_patch
+from graspbench.manipulation.charts import Chart
 from graspbench.manipulation.classification import GraspClass, classify
 from graspbench.manipulation.clik import Clik, ClikParameters
-from graspbench.manipulation.contact_kinematics import Contact, ContactType, ManipulationSystem
+from graspbench.manipulation.contact_kinematics import ContactType, ManipulationSystem
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters
-from graspbench.manipulation.kinematic_tree import KinematicTree, tree_from_pinocchio
-from graspbench.manipulation.loop import ClikHistory, simulate
+from graspbench.manipulation.held_object import hold_object
+from graspbench.manipulation.loop import ClikHistory
 from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
-from graspbench.manipulation.secondary_task import build_tasks
+from graspbench.manipulation.reach import follow, refusal
 from graspbench.reconstruction.surface import Surface
 
 _UNKNOWN_MASS_KG = 0.1
@@ -71,106 +71,24 @@ def manipulate_object(
 
     Raises:
         HandError: The grasp has no posture.
-        ManipulationError: A contact leaves its chart or the kinematics cannot go on.
+        ManipulationError: The grasp cannot follow the motion; the message says how far it can.
     """
     chosen = contact or ContactParameters()
-    posture = grasp.posture
-    if posture is None:
-        raise HandError("the grasp has no hand posture", remedy="plan it with a hand")
-    pose = np.eye(4) if transform_object_to_world is None else np.array(transform_object_to_world)
-    if transform_object_to_world is None:
-        pose[:3, 3] = grasp.centroid
-    fingers = posture.fingers
-    charts = _charts(surface, grasp, pose, chosen.patch_radius_m)
-    contacts = [Contact(chart, chosen.kind, hand.tip_radius_m) for chart in charts]
-    tree = hand_tree(hand, fingers)
-    to_palm = np.linalg.inv(posture.transform_palm_to_world) @ pose
-    rough = ManipulationSystem(tree, contacts)
-    touching = _contact_coordinates(charts, grasp, pose)
-    joints = _touch(rough, posture.joints, touching, to_palm)
-    system, variables = rough.grasped(joints, to_palm[:3, 3], to_palm[:3, :3], coordinates=touching)
-
-    trajectory = object_motion(motion, to_palm[:3, 3], to_palm[:3, :3])
-    law = Clik(system, trajectory, clik, build_tasks(clik.tasks))
-    grasp_class = classify(system.state(joints, variables))
-    forces = _ForceRecorder(chosen, trajectory, posture.transform_palm_to_world[:3, :3], clik.step_s, gravity)
-    history = simulate(law, joints, variables, motion.duration_s, watch=forces.watch)
-    return _result(system, history, grasp_class, forces, hand, posture.transform_palm_to_world)
-
-
-def hand_tree(hand: HandModel, fingers: Sequence[int]) -> KinematicTree:
-    """Return the tree of a hand in its palm frame, with one tip for each of the chosen fingers."""
-    tree = tree_from_pinocchio(hand.model, [hand.tip_links[finger] for finger in fingers])
-    to_palm = np.linalg.inv(hand.transform_palm_to_root)
-    rotations, translations = tree.placement_rotations.copy(), tree.placement_translations.copy()
-    for joint in np.flatnonzero(tree.parents < 0):
-        rotations[joint] = to_palm[:3, :3] @ rotations[joint]
-        translations[joint] = to_palm[:3, :3] @ translations[joint] + to_palm[:3, 3]
-    return replace(
-        tree,
-        placement_rotations=rotations,
-        placement_translations=translations,
-        lower=hand.lower,
-        upper=hand.upper,
-        velocity_limits=hand.velocity_limits,
+    held = hold_object(
+        hand,
+        grasp,
+        surface,
+        chosen.kind,
+        patch_radius_m=chosen.patch_radius_m,
+        transform_object_to_world=transform_object_to_world,
     )
-
-
-def _charts(
-    surface: Surface | Chart | Sequence[Chart], grasp: Grasp, pose: FloatArray, radius_m: float
-) -> list[Chart]:
-    n = len(grasp.points)
-    if isinstance(surface, Chart):
-        return [surface] * n
-    if not isinstance(surface, Surface):
-        return list(surface)
-    inverse = np.linalg.inv(pose)
-    points = surface.points @ inverse[:3, :3].T + inverse[:3, 3]
-    centres = grasp.points @ inverse[:3, :3].T + inverse[:3, 3]
-    normals = grasp.normals @ inverse[:3, :3].T
-    return [
-        mesh_patch(points, centre, normal, radius_m=radius_m)
-        for centre, normal in zip(centres, normals, strict=True)
-    ]
-
-
-def _contact_coordinates(charts: Sequence[Chart], grasp: Grasp, pose: FloatArray) -> FloatArray:
-    """Return where on its chart each contact of the grasp lies, shape (n_c, 2)."""
-    points = (grasp.points - pose[:3, 3]) @ pose[:3, :3]
-    return np.array([chart.locate(point) for chart, point in zip(charts, points, strict=True)])
-
-
-def _touch(
-    system: ManipulationSystem, joints: FloatArray, coordinates: FloatArray, to_palm: FloatArray
-) -> FloatArray:
-    """Close the gap a planned posture leaves: bring each tip's centre exactly to radius from its contact.
-
-    A posture was planned for the normals of a mesh; those of the smooth charts are a little different. The
-    contacts stay where they were planned: a tip's nearest point would jump where the surface bends
-    more than the tip.
-    """
-    q = np.array(joints, dtype=np.float64)
-    state = system.state(q, np.zeros((system.n_contacts, 5)))
-    targets = np.empty((system.n_contacts, 3))
-    for i, contact in enumerate(system.contacts):
-        at = contact.chart(coordinates[i])
-        targets[i] = to_palm[:3, :3] @ (at.point + contact.tip_radius_m * at.frame[:, 2]) + to_palm[:3, 3]
-    for _ in range(40):
-        misses = targets - state.tip_positions
-        if np.abs(misses).max() < 1e-12:
-            return q
-        stacked = state.tip_jacobians[:, :3].reshape(-1, system.n_joints)
-        change = np.linalg.pinv(stacked, rcond=1e-3) @ misses.ravel()
-        q = np.clip(q + change, system.tree.lower, system.tree.upper)
-        state.update(q, state.contact_variables)
-    gap = float(np.linalg.norm(targets - state.tip_positions, axis=1).max())
-    if gap > 1e-7:
-        raise ManipulationError(
-            f"a fingertip stays {gap * 1e3:.3f} mm off the surface at the start",
-            remedy="plan the grasp with a larger hand.margins.joint",
-            gap_m=gap,
-        )
-    return q
+    palm, trajectory = held.transform_palm_to_world, object_motion(motion, held.position, held.rotation)
+    grasp_class = classify(held.system.state(held.joints, held.variables))
+    forces = _ForceRecorder(chosen, trajectory, palm[:3, :3], clik.step_s, gravity)
+    reach, history = follow(held, motion, clik, watch=forces.watch)
+    if history is None:
+        raise refusal(reach)
+    return _result(held.system, history, grasp_class, forces, hand, palm)
 
 
 class _ForceRecorder:

@@ -202,6 +202,9 @@ class MotionParameters:
     ] = (0.0, 0.0, 10.0)
     duration_s: Annotated[float, Field(gt=0, description="Duration of the whole motion, s")] = 5.0
     there_and_back: Annotated[bool, Field(description="Return to the start in the second half")] = True
+    map_range: Annotated[
+        bool, Field(description="First find how far the grasp can move the object along and about each axis")
+    ] = False
 
 
 def object_motion(parameters: MotionParameters, position: FloatArray, rotation: FloatArray) -> Trajectory:

@@ -1,10 +1,9 @@
 """All secondary tasks of a control law, where compiled code finds them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
 from graspbench.manipulation.compiled.step_records import TaskArrays, TaskTable
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
 from graspbench.manipulation.secondary_task import CompiledTask, SecondaryTask
@@ -58,11 +57,6 @@ class TaskSet:
             arrays.values[:rows], arrays.errors[:rows] = value.value, value.error
             arrays.activations[:rows], arrays.jacobian[:rows] = value.activation, value.jacobian
             self.table.separate[t] = np.ndim(value.activation) > 0
-
-    def jacobians(self, order: Sequence[int] | IntArray) -> list[FloatArray]:
-        """Return the Jacobian of every active task's rows, first priority first."""
-        counts = self.table.counts
-        return [self._arrays[t].jacobian[: counts[t]] for t in order if counts[t] > 0]
 
     def _room(self, task: SecondaryTask, rows: int) -> TaskArrays:
         return task.new_arrays(TaskArrays, rows, self._system.n_variables, {})

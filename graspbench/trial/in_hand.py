@@ -1,5 +1,6 @@
 """In-hand manipulation: a trial up to its grasp, then the motion of the object."""
 
+import csv
 import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,9 +9,9 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.config.trial_config import ManipulationConfig, TrialConfig
-from graspbench.errors import ConfigurationError
-from graspbench.hand import HandModel
 from graspbench.manipulation import ManipulationResult, manipulate_object
+from graspbench.manipulation.held_object import hold_object
+from graspbench.manipulation.reach import RangeEntry, reachable_range
 from graspbench.planning import fingertip_paths, track
 from graspbench.record import TrialLog
 from graspbench.results.physical_results import ManipulationSummary, PlayedResult
@@ -24,10 +25,7 @@ from graspbench.trial.planned import PlannedTrial, planned_trial
 if TYPE_CHECKING:
     from graspbench.simulation.in_hand import InHandResult
 
-# What a motion that succeeds keeps to.
-POSITION_TOLERANCE_M = 1e-4
-ROTATION_TOLERANCE_DEG = 0.1
-JOINT_TOLERANCE_DEG = 0.05
+RANGE_FILE = "range.csv"
 
 _LOG_RATE_HZ = 50.0
 
@@ -50,10 +48,12 @@ def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: 
     """
     assert isinstance(config, ManipulationConfig), "the kind says so"
     with planned_trial(config, clock) as trial:
-        _check_joints(config, trial.hand)
         contact = config.contact
         if contact.mass_kg is None and trial.scene is not None:
             contact = dataclasses.replace(contact, mass_kg=trial.scene.model.mass_kg)
+        if config.motion.map_range and folder is not None:
+            with clock.stage("range"):
+                _write_range(config, trial, folder)
         moved = clock.run(
             "manipulation",
             lambda: manipulate_object(
@@ -66,10 +66,8 @@ def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: 
                 gravity=config.scene.gravity,
             ),
         )
-        reason = shortcoming(moved, trial.hand)
-        played = None if reason else _play(config, trial, moved, clock)
-        if played is not None and played.reason:
-            reason = f"played in physics: {played.reason}"
+        played = _play(config, trial, moved, clock)
+        reason = f"played in physics: {played.reason}" if played is not None and played.reason else None
         result = dataclasses.replace(
             started_result(config),
             status="failed" if reason else "done",
@@ -93,45 +91,20 @@ def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: 
     return result
 
 
-def shortcoming(result: ManipulationResult, hand: HandModel) -> str | None:
-    """Return in one sentence why a motion is not what was asked for, or None."""
-    off = (result.position_error_m > POSITION_TOLERANCE_M) | (
-        result.rotation_error_deg > ROTATION_TOLERANCE_DEG
+def _write_range(config: ManipulationConfig, trial: PlannedTrial, folder: Path) -> None:
+    """Write how far the grasp can move the object along and about each palm axis."""
+    contact = config.contact
+    held = hold_object(
+        trial.hand,
+        trial.plan.grasp,
+        trial.surfaces[-1],
+        contact.kind,
+        patch_radius_m=contact.patch_radius_m,
     )
-    if off.any():
-        since_s = result.history.times[np.argmax(off)]
-        far_mm, turned_deg = 1e3 * result.position_error_m.max(), result.rotation_error_deg.max()
-        return (
-            f"the hand cannot follow the motion, from {since_s:.2f} s on the object is up to {far_mm:.2g} mm "
-            f"and {turned_deg:.2g} deg off: ask for a smaller or slower motion, or another contact."
-        )
-    joints = result.history.joints
-    beyond_deg = np.rad2deg(np.maximum(joints - hand.upper, hand.lower - joints)).max(axis=0)
-    joint = int(np.argmax(beyond_deg))
-    if beyond_deg[joint] > JOINT_TOLERANCE_DEG:
-        return (
-            f"joint {result.joint_names[joint]} would have to go {beyond_deg[joint]:.2g} deg beyond its "
-            "limit: ask for a smaller motion, or use clik=qp."
-        )
-    return None
-
-
-def _check_joints(config: ManipulationConfig, hand: HandModel) -> None:
-    """Refuse tasks that do not fit the hand's joints."""
-    n = len(hand.joint_names)
-    for name, options in config.clik.tasks.items():
-        watched, posture = options.get("joints") or (), options.get("posture") or ()
-        if any(not 0 <= joint < n for joint in watched) or len(posture) not in {0, n}:
-            raise ConfigurationError(
-                f"the task clik.tasks.{name} does not fit the {n} joints of the hand '{hand.name}'",
-                remedy=f"count joints from 0 to {n - 1} and give postures of {n} numbers",
-            )
-        limits = {len(options[key]) for key in ("lower", "upper") if options.get(key)}
-        if limits - {len(watched) or n}:
-            raise ConfigurationError(
-                f"the task clik.tasks.{name} has limits for another number of joints than it watches",
-                remedy=f"give {len(watched) or n} numbers as lower and upper",
-            )
+    with (folder / RANGE_FILE).open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(field.name for field in dataclasses.fields(RangeEntry))
+        rows.writerows(dataclasses.astuple(entry) for entry in reachable_range(held, config.clik))
 
 
 def _play(

@@ -17,7 +17,7 @@ def test_defaults_are_a_trial_and_three_sections():
     assert config.clik.method == "pseudo_inverse"
     assert config.motion.name == "screw"
     assert config.contact.kind == "rolling"
-    assert set(config.clik.tasks) == {"joint_limit", "manipulability", "joint_centring"}
+    assert set(config.clik.tasks) == {"joint_limit", "edge_distance", "manipulability", "joint_centring"}
     assert config.hand.margins.joint == 0.15
     plain = load_config(["hand.margins.joint=0.15", "hand.margins.singular_value_m=0.02", "execution=off"])
     assert {key: config.tree[key] for key in plain.tree} == plain.tree
@@ -89,7 +89,7 @@ def test_identity_depends_on_motion_tasks_and_contact():
         (["clik.tasks.joint_limit.gian=1"], ["clik.tasks.joint_limit.gian", "gain"]),
         (["clik.tasks.joint_limit.margin=-1"], ["joint_limit", "margin"]),
         (["clik.tasks.joint_limit=5"], ["clik.tasks.joint_limit", "group"]),
-        (["clik.tasks.manipulability.finger=5"], ["manipulability.finger", "3 fingers"]),
+        (["clik.tasks.manipulability.fingers=[5]"], ["manipulability.fingers", "3 fingers"]),
         (["clik.tasks.edge_distance.contacts=[0,7]"], ["edge_distance.contacts", "3 fingers"]),
         (["clik.step_s=1", "motion.duration_s=2"], ["clik.step_s", "motion.duration_s"]),
         (["motion.duration_s=0"], ["motion.duration_s"]),

@@ -10,7 +10,7 @@ from graspbench.manipulation.compiled.rotations import (
     euler_angles,
     euler_matrix,
     rotation_error,
-    rotation_matrix,
+    turn,
 )
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, contact_columns
 from graspbench.manipulation.kinematic_tree import planar_tree, tree_from_pinocchio
@@ -211,13 +211,13 @@ def test_euler_angles_invert_their_matrix():
 @pytest.mark.parametrize("angle", [0.0, 1e-10, 1e-5, 0.5, 3.0, np.pi - 1e-7, np.pi])
 def test_rotation_error_is_the_rotation_left(angle):
     rng = np.random.default_rng(11)
-    error, turn = np.empty(3), np.empty((3, 3))
+    error, turned = np.empty(3), np.empty((3, 3))
     for _ in range(20):
         axis = rng.normal(size=3)
         axis /= np.linalg.norm(axis)
         actual = Rotation.random(rng=rng).as_matrix()
-        axis_angle_matrix(axis, angle, turn)
-        desired = turn @ actual
+        axis_angle_matrix(axis, angle, turned)
+        desired = turned @ actual
         rotation_error(desired, actual, error)
         assert np.linalg.norm(error) == pytest.approx(angle, abs=1e-7)
-        np.testing.assert_allclose(rotation_matrix(error) @ actual, desired, atol=1e-6)
+        np.testing.assert_allclose(turn(error, 1.0, actual), desired, atol=1e-6)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandParameters, HandPosture, load_hand
 from graspbench.manipulation import charts
 from graspbench.manipulation.clik import ClikParameters
-from graspbench.manipulation.manipulate import ContactParameters, hand_tree, manipulate_object
+from graspbench.manipulation.held_object import hand_tree, hold_object
+from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
 from graspbench.manipulation.motion import MotionParameters
+from graspbench.manipulation.reach import MAX_ROTATION_DEG, MAX_TRANSLATION_M, follow, reachable_range
 from graspbench.reconstruction.network import build_network
 from graspbench.reconstruction.surface import Surface
 
@@ -126,7 +129,48 @@ def test_a_grasp_without_a_hand_is_refused(hand, ball_grasp, bumpy_surface):
         manipulate_object(hand, bare, bumpy_surface, MotionParameters(), ClikParameters())
 
 
-def test_too_large_a_motion_is_told(hand, ball_grasp, bumpy_surface):
-    far = MotionParameters(translation_m=(0.0, 0.0, 0.0), rotation_deg=(0.0, 0.0, 170.0))
-    with pytest.raises(ManipulationError, match=r"chart|singularity"):
-        manipulate_object(hand, ball_grasp, bumpy_surface, far, ClikParameters(step_s=1e-2))
+def test_a_motion_out_of_reach_is_refused_with_how_far_it_can_go(hand, ball_grasp, bumpy_surface):
+    far = MotionParameters(translation_m=(0.0, 0.0, 0.01), rotation_deg=(0.0, 0.0, 170.0))
+    clik = ClikParameters(step_s=1e-2)
+    with pytest.raises(ManipulationError, match=r"can follow only \d+ % of the motion, then") as caught:
+        manipulate_object(hand, ball_grasp, bumpy_surface, far, clik)
+    reach = caught.value.data["reach"]
+    assert 0.0 < reach.share < 1.0
+    np.testing.assert_allclose(reach.rotation_deg, [0.0, 0.0, 170.0 * reach.share])
+    # what is said to be reachable is, and a little more is not
+    within = replace(far, translation_m=tuple(reach.translation_m), rotation_deg=tuple(reach.rotation_deg))
+    done = manipulate_object(hand, ball_grasp, bumpy_surface, within, clik)
+    assert done.rotation_error_deg.max() <= 0.1
+    beyond = replace(far, rotation_deg=(0.0, 0.0, 170.0 * reach.share + 10.0))
+    with pytest.raises(ManipulationError, match="can follow only"):
+        manipulate_object(hand, ball_grasp, bumpy_surface, beyond, clik)
+
+
+def test_the_range_is_where_motions_end(hand, ball_grasp, bumpy_surface):
+    held = hold_object(hand, ball_grasp, bumpy_surface, "rolling")
+    clik = ClikParameters(tasks={"joint_limit": {}, "joint_centring": {"gain": 0.3}})
+    entries = reachable_range(held, clik)
+    assert [(e.kind, e.direction) for e in entries] == [
+        (kind, sign + axis) for kind in ("translation", "rotation") for axis in "xyz" for sign in "+-"
+    ]
+    checked = 0
+    for entry in entries:
+        largest = MAX_TRANSLATION_M if entry.kind == "translation" else MAX_ROTATION_DEG
+        assert 0.0 < entry.reach <= largest
+        assert (entry.ended_by is None) == (entry.reach == largest)
+        if entry.ended_by is None or checked >= 4:
+            continue
+        checked += 1
+        axis, sign = "xyz".index(entry.direction[1]), 1.0 if entry.direction[0] == "+" else -1.0
+        for share, reaches in ((0.9, True), (1.15, False)):
+            way = tuple(share * sign * entry.reach * np.eye(3)[axis])
+            still = (0.0, 0.0, 0.0)
+            motion = MotionParameters(
+                translation_m=way if entry.kind == "translation" else still,
+                rotation_deg=way if entry.kind == "rotation" else still,
+                duration_s=10.0,
+                there_and_back=False,
+            )
+            found, history = follow(held, motion, replace(clik, step_s=1e-2))
+            assert (found.share == 1.0 and history is not None) == reaches
+    assert checked

@@ -6,7 +6,7 @@ import pytest
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled
 from graspbench.manipulation.compiled.record import Record
-from graspbench.manipulation.compiled.record_type import opener, opener_at
+from graspbench.manipulation.compiled.record_type import RecordType, opener, opener_at
 
 
 class Base(Record):
@@ -92,3 +92,16 @@ def test_what_is_missing_is_told():
         Base(count=1, parents=[0], sizes={"columns": 1})
     with pytest.raises(ValueError, match="needs the sizes columns"):
         Base(gain=1.0, count=1, parents=[0])
+
+
+def test_a_record_with_other_fields_is_another_compiled_type():
+    """A kernel on disk that was compiled for fields that have changed since must not be used."""
+
+    def declare(shape):
+        class Changing(Record):
+            values: Annotated[FloatArray, *shape]
+
+        return RecordType(Changing)
+
+    assert declare(("rows",)) == declare(("rows",))
+    assert declare(("rows",)) != declare(("rows", 3))

@@ -16,7 +16,7 @@ OPTIONS = {
     "fingertip_distance": {"first": 1, "second": 3, "minimum_m": 0.5, "threshold_m": 5.0},
     "contacts_near_point": {"contacts": (0, 2), "middle_of": (1, 3)},
     "joint_centring": {"posture": (0.1,) * 17},
-    "manipulability": {"finger": 2, "threshold": 1.0},
+    "manipulability": {"fingers": (2, 0), "threshold": 1.0},
     "edge_distance": {"margin": 0.49},
     "quality_measure": {"measure": "q2", "target": 1.0},
 }
@@ -106,7 +106,7 @@ def test_presence_is_smooth_in_time():
         ("fingertip_distance", {"second": 4}, "names fingers 0, 4 but there are 4"),
         ("contacts_near_point", {"middle_of": (-1,)}, "names contacts 0, -1 but there are 4"),
         ("edge_distance", {"contacts": (9,)}, "names contacts 9 but there are 4"),
-        ("manipulability", {"finger": 4}, "names fingers 4 but there are 4"),
+        ("manipulability", {"fingers": (4,)}, "names fingers 4 but there are 4"),
         ("joint_centring", {"posture": (0.0,)}, "has 1 joints but the hand 17"),
     ],
 )

@@ -8,9 +8,6 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.compiled import compiled, inner
 
-HEADER = 12
-"""Numbers before a chart's own ones: its rotation and origin in the object frame."""
-
 
 class ChartKind(IntEnum):
     """Which formula a chart has."""
@@ -24,12 +21,22 @@ class ChartKind(IntEnum):
 
 
 @compiled
-def chart_derivatives(kind: int, p: FloatArray, u: float, v: float, out: FloatArray) -> None:
+def chart_derivatives(
+    kind: int,
+    rotation: FloatArray,
+    origin: FloatArray,
+    numbers: FloatArray,
+    u: float,
+    v: float,
+    out: FloatArray,
+) -> None:
     """Write c, c_u, c_v, c_uu, c_uv, c_vv in the object frame into ``out``, shape (6, 3).
 
     Args:
         kind: A `ChartKind`.
-        p: The chart's numbers (`charts.Chart.parameters`).
+        rotation: The chart's orientation in the object frame, shape (3, 3).
+        origin: Its origin there, shape (3,).
+        numbers: The formula's own numbers (`charts.Chart.numbers`).
         u: First coordinate.
         v: Second coordinate.
         out: The result.
@@ -40,16 +47,16 @@ def chart_derivatives(kind: int, p: FloatArray, u: float, v: float, out: FloatAr
         d[1, 0] = 1.0
         d[2, 1] = 1.0
     elif kind == ChartKind.ELLIPSOID:
-        _ellipsoid(p[HEADER], p[HEADER + 1], p[HEADER + 2], u, v, d)
+        _ellipsoid(numbers[0], numbers[1], numbers[2], u, v, d)
     elif kind == ChartKind.PATCH:
-        _patch(p[HEADER:], u, v, d)
+        _patch(numbers, u, v, d)
     else:
-        _revolution(kind, p[HEADER:], u, v, d)
+        _revolution(kind, numbers, u, v, d)
     for k in range(6):
         for i in range(3):
-            out[k, i] = p[3 * i] * d[k, 0] + p[3 * i + 1] * d[k, 1] + p[3 * i + 2] * d[k, 2]
+            out[k, i] = rotation[i, 0] * d[k, 0] + rotation[i, 1] * d[k, 1] + rotation[i, 2] * d[k, 2]
     for i in range(3):
-        out[0, i] += p[9 + i]
+        out[0, i] += origin[i]
 
 
 @inner
@@ -64,13 +71,13 @@ def _revolution(kind: int, p: FloatArray, u: float, v: float, d: FloatArray) -> 
         pieces = int(p[0])
         piece = min(max(int(v * pieces), 0), pieces - 1)
         t = v - piece / pieces
-        a = 1 + 8 * piece  # four rows (cubic ... constant) of (rho, zeta)
-        rho = ((p[a] * t + p[a + 2]) * t + p[a + 4]) * t + p[a + 6]
-        rho1 = (3.0 * p[a] * t + 2.0 * p[a + 2]) * t + p[a + 4]
-        rho2 = 6.0 * p[a] * t + 2.0 * p[a + 2]
-        zeta = ((p[a + 1] * t + p[a + 3]) * t + p[a + 5]) * t + p[a + 7]
-        zeta1 = (3.0 * p[a + 1] * t + 2.0 * p[a + 3]) * t + p[a + 5]
-        zeta2 = 6.0 * p[a + 1] * t + 2.0 * p[a + 3]
+        cubic = p[1 : 1 + 8 * pieces].reshape((pieces, 4, 2))[piece]  # cubic ... constant of (rho, zeta)
+        rho = ((cubic[0, 0] * t + cubic[1, 0]) * t + cubic[2, 0]) * t + cubic[3, 0]
+        rho1 = (3.0 * cubic[0, 0] * t + 2.0 * cubic[1, 0]) * t + cubic[2, 0]
+        rho2 = 6.0 * cubic[0, 0] * t + 2.0 * cubic[1, 0]
+        zeta = ((cubic[0, 1] * t + cubic[1, 1]) * t + cubic[2, 1]) * t + cubic[3, 1]
+        zeta1 = (3.0 * cubic[0, 1] * t + 2.0 * cubic[1, 1]) * t + cubic[2, 1]
+        zeta2 = 6.0 * cubic[0, 1] * t + 2.0 * cubic[1, 1]
     c, s = math.cos(u), math.sin(u)
     d[0, 0], d[0, 1], d[0, 2] = rho * c, rho * s, zeta
     d[1, 0], d[1, 1] = -rho * s, rho * c

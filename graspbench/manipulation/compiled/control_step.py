@@ -79,13 +79,14 @@ def control_step(
         transposed_velocity(state, law)
     else:
         main_velocity(system, law, damping_factor(smallest, law.singular_threshold, law.largest_damping))
-    if active:
+    if active or law.limited == 1:
         null_basis(system, law)
+    if active:
         add_tasks(law, table, order)
     velocity, scale = law.velocity, law.scale
     for k in range(len(velocity)):
         velocity[k] *= scale[k]
-    _contact_rates(system, state, law)
+    contact_rates(system, state, law)
     return smallest
 
 
@@ -146,7 +147,7 @@ def _contact_twists(system: SystemArrays, state: StateArrays, law: LawArrays, de
 
 
 @inner
-def _contact_rates(system: SystemArrays, state: StateArrays, law: LawArrays) -> None:
+def contact_rates(system: SystemArrays, state: StateArrays, law: LawArrays) -> None:
     """Write the rates of all contact variables that go with z'."""
     xi_jacobians, theta_columns = state.xi_jacobians, system.theta_columns
     velocity, out = law.velocity, law.contact_rates

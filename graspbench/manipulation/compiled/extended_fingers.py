@@ -43,7 +43,13 @@ def _place_object(system: SystemArrays, state: StateArrays, i: int, turning: Flo
     derivatives, gauss = np.empty((6, 3)), np.empty((3, 3))
     relative, contact = np.empty((3, 3)), np.empty((3, 3))
     chart_derivatives(
-        system.chart_kinds[i], system.chart_parameters[i], variables[0], variables[1], derivatives
+        system.chart_kinds[i],
+        system.chart_rotations[i],
+        system.chart_origins[i],
+        system.chart_numbers[i],
+        variables[0],
+        variables[1],
+        derivatives,
     )
     gauss_frame(derivatives, gauss, state.surface_spins[i])
     euler_rates(variables[2:], relative)

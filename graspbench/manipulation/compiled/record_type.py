@@ -1,5 +1,6 @@
 """Records in compiled code: a pointer to the block, whose fields are found through the block's header."""
 
+import zlib
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -25,11 +26,15 @@ _WORD_BYTES = 8
 
 
 class RecordType(types.Type):
-    """The compiled type of a record's class."""
+    """The compiled type of a record's class.
+
+    Its name tells the fields, so that a kernel that was compiled for other ones is compiled anew.
+    """
 
     def __init__(self, record: type[Record]) -> None:
         self.record = record
-        super().__init__(name=f"{record.__module__}.{record.__qualname__}")
+        fields = zlib.crc32(repr(record.declared).encode())
+        super().__init__(name=f"{record.__module__}.{record.__qualname__}({fields})")
 
 
 register_model(RecordType)(models.OpaqueModel)

@@ -114,9 +114,3 @@ def turn(vector: FloatArray, share: float, rotation: FloatArray) -> FloatArray:
     axis_angle_matrix(vector / angle, share * angle, matrix)
     matmul3(matrix, rotation, out)
     return out
-
-
-def rotation_matrix(vector: FloatArray) -> FloatArray:
-    """Return the rotation by ``|vector|`` about ``vector``, shape (3, 3)."""
-    matrix: FloatArray = turn(np.array(vector, dtype=np.float64), 1.0, np.eye(3))
-    return matrix

@@ -23,7 +23,9 @@ class SystemArrays(Record):
         tip_rotations: Of the finger frames in the frames of their joints.
         tip_translations: Of the finger frames there, m.
         tip_radii: Of the spherical tips, m.
-        chart_parameters: Numbers of the charts' formulas.
+        chart_rotations: Of the contacts' charts in the object frame.
+        chart_origins: Their origins there, m.
+        chart_numbers: Numbers of their formulas.
         parents: Joint each joint is mounted on, or -1.
         tip_joints: Joint of each finger frame.
         paths: 1 where a joint moves a tip.
@@ -44,7 +46,9 @@ class SystemArrays(Record):
     tip_rotations: Annotated[FloatArray, "contacts", 3, 3]
     tip_translations: Annotated[FloatArray, "contacts", 3]
     tip_radii: Annotated[FloatArray, "contacts"]
-    chart_parameters: Annotated[FloatArray, "contacts", "chart_numbers"]
+    chart_rotations: Annotated[FloatArray, "contacts", 3, 3]
+    chart_origins: Annotated[FloatArray, "contacts", 3]
+    chart_numbers: Annotated[FloatArray, "contacts", "chart_numbers"]
     parents: Annotated[IntArray, "joints"]
     tip_joints: Annotated[IntArray, "contacts"]
     paths: Annotated[IntArray, "contacts", "joints"]
@@ -106,6 +110,7 @@ class LawArrays(Record):
 
     Attributes:
         transpose: 1 for the transpose algorithm (4.12), 0 for the pseudo-inverse (4.10).
+        limited: 1 for the QP form, which needs the null space whether there are tasks or not.
         singular_threshold: Smallest singular value below which damping begins.
         largest_damping: Damping factor at a singularity.
         gain: Diagonal of K, 1/s.
@@ -123,6 +128,7 @@ class LawArrays(Record):
     """
 
     transpose: int
+    limited: int
     singular_threshold: float
     largest_damping: float
     gain: Annotated[FloatArray, 6]

@@ -1,4 +1,4 @@
-"""Keep a finger away from its singular configurations."""
+"""Keep fingers away from their singular configurations."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
 from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays, TaskArrays
 from graspbench.manipulation.compiled.task_kernel import TaskKernel, task_kernel
@@ -19,18 +19,29 @@ from graspbench.manipulation.secondary_task import TASKS, CompiledTask, PackedTa
 class ManipulabilityArrays(TaskArrays):
     """What the kernel reads."""
 
-    finger: int
     threshold: float
+    fingers: Annotated[IntArray, "watched"]
 
 
 @task_kernel
 def manipulability_rows(system: SystemArrays, state: StateArrays, task: ManipulabilityArrays) -> int:
-    """Write a row where the finger's manipulability is below the threshold.
+    """Write a row for every finger whose manipulability is below the threshold."""
+    count = 0
+    for finger in task.fingers:
+        count += _finger_row(system, state, task, finger, count)
+    return count
+
+
+@inner
+def _finger_row(
+    system: SystemArrays, state: StateArrays, task: ManipulabilityArrays, finger: int, row: int
+) -> int:
+    """Write a finger's row if there is one, and return how many there are.
 
     d sqrt(det(J J^T)) = value tr((J J^T)^-1 J dJ^T); column j of J turns as axis_min(j, k) x column_max(j, k)
     with joint k.
     """
-    tip, axes, path = state.tip_jacobians[task.finger], state.joint_axes, system.paths[task.finger]
+    tip, axes, path = state.tip_jacobians[finger], state.joint_axes, system.paths[finger]
     n_q, n_rows, threshold = len(path), 3 if len(system.twist_components) == 6 else 2, task.threshold
     gram, inverse = np.eye(3), np.empty((3, 3))
     for a in range(n_rows):
@@ -41,7 +52,7 @@ def manipulability_rows(system: SystemArrays, state: StateArrays, task: Manipula
     value = math.sqrt(max(_inverse3(gram, inverse), 0.0))
     if value >= threshold or value == 0.0:  # at a singularity the gradient does not exist
         return 0
-    open_row(task, 0, value, threshold - value, smooth_step(2.0 * (1.0 - value / threshold)))
+    open_row(task, row, value, threshold - value, smooth_step(2.0 * (1.0 - value / threshold)))
     jacobian = task.jacobian
     for j in range(n_q):
         for a in range(n_rows):
@@ -52,7 +63,7 @@ def manipulability_rows(system: SystemArrays, state: StateArrays, task: Manipula
             for k in range(n_q):
                 if path[j] and path[k]:
                     low, high = min(j, k), max(j, k)
-                    jacobian[0, k] += dual * (axes[low, b] * tip[c, high] - axes[low, c] * tip[b, high])
+                    jacobian[row, k] += dual * (axes[low, b] * tip[c, high] - axes[low, c] * tip[b, high])
     return 1
 
 
@@ -75,16 +86,18 @@ def _inverse3(matrix: FloatArray, inverse: FloatArray) -> float:
 @TASKS.register("manipulability")
 @dataclass(frozen=True, kw_only=True)
 class Manipulability(CompiledTask):
-    """Raise a finger's manipulability sqrt(det(J J^T)) (Yoshikawa 1985) once it is below a threshold."""
+    """Raise the fingers' manipulability sqrt(det(J J^T)) (Yoshikawa 1985) where it is below a threshold."""
 
     KERNEL: ClassVar[TaskKernel] = manipulability_rows
+    SEPARATE_ROWS: ClassVar[bool] = True
 
-    finger: Annotated[int, Field(ge=0, description="The finger")] = 0
+    fingers: Annotated[tuple[int, ...], Field(description="Fingers to watch; all if empty")] = ()
     threshold: Annotated[
         float, Field(gt=0, description="Manipulability below which the task acts, m^3 (planar: m^2)")
     ] = 3e-5
 
     def packed(self, system: ManipulationSystem) -> PackedTask:
-        """Return one row: the manipulability of the tip's position."""
-        check_members("manipulability", "fingers", (self.finger,), system.n_contacts)
-        return PackedTask(1, {"finger": self.finger, "threshold": self.threshold})
+        """Return a row for every watched finger: the manipulability of its tip's position."""
+        watched = self.fingers or tuple(range(system.n_contacts))
+        check_members("manipulability", "fingers", watched, system.n_contacts)
+        return PackedTask(len(watched), {"fingers": watched, "threshold": self.threshold})
