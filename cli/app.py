@@ -69,9 +69,18 @@ def main() -> None:
     except GraspbenchError as error:
         print(f"graspbench: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print("graspbench: interrupted.", file=sys.stderr)
-        sys.exit(130)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:  # a disk that is full, a folder without rights: the user's to mend
+        print(f"graspbench: {_told(error)}.", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("graspbench: interrupted.", file=sys.stderr)
+        sys.exit(130)
+
+
+def _told(error: OSError) -> str:
+    """Return what the system says, and of which file."""
+    where = f" ({error.filename})" if error.filename else ""
+    return f"{error.strerror or error}{where}"

@@ -22,7 +22,7 @@ _DEFAULTS = (
     "execution.grip_force_n=0.5",
 )
 _SEEDS = "seed=range(0,5)"
-_FAMILIES = ("folder", "mesh", "random")
+_FAMILIES = ("folder", "mesh", "random", "ycb")
 _OUTCOMES = ("success", "execution.largest_push_weight")
 _TITLE = "Planned grasps in physics: lift, hold and wrist rotation"
 

@@ -24,7 +24,6 @@ _CHOICE = "choice"
 _ALWAYS = (
     "quality.contact",
     "quality.friction",
-    "execution.friction",
     "stations",
     "motion",
     "contact.kind",
