@@ -157,6 +157,7 @@ _SHOWN = ("object", "cei_deg", "thesis_cei_deg", "eegi_deg", "thesis_eegi_deg", 
 
 
 def _draw(config: TrialConfig, surface: Surface, plan: FreePlan, row: dict[str, Any], output: Path) -> Path:
+    from graspbench.report import style
     from graspbench.report.outer_triangle_figure import draw_outer_triangle  # loads Matplotlib
 
     planner = config.planner
@@ -169,7 +170,8 @@ def _draw(config: TrialConfig, surface: Surface, plan: FreePlan, row: dict[str, 
         f"outer triangle {row['area_cm2']:.1f} cm², "
         f"{row['area_ratio']:.3f} of the largest within {row['phi_cei_deg']:g}° and {row['phi_eegi_deg']:g}°"
     )
-    return draw_outer_triangle(surface, plan.grasp, paths, path, title, caption)
+    with style.drawn_as(style.PRINT):
+        return draw_outer_triangle(surface, plan.grasp, paths, path, title, caption)
 
 
 def _write_tables(rows: list[dict[str, Any]], config: TrialConfig, output: Path) -> list[Path]:

@@ -22,6 +22,7 @@ def case_study(
     """Two planar grippers move a bar, with and without secondary tasks (section 4.5, figures 4.4 to 4.7)."""
     from graspbench.manipulation import run_case_study
     from graspbench.paper.case_study_log import record_case_study
+    from graspbench.report import style
     from graspbench.report.case_study_figures import draw_case_study, write_histories
 
     if overrides:
@@ -35,7 +36,8 @@ def case_study(
         results[name] = run_case_study(with_tasks)
     output.mkdir(parents=True, exist_ok=True)
     say("drawing")
-    files = list(draw_case_study(list(results.values()), output))
+    with style.drawn_as(style.PRINT):
+        files = list(draw_case_study(list(results.values()), output))
     files.append(write_histories(list(results.values()), output / "histories.csv"))
     files += [record_case_study(result, output / f"{name}.mcap") for name, result in results.items()]
     document = {name: result.summary() for name, result in results.items()}

@@ -109,7 +109,7 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
 
 def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output: Path) -> list[Path]:
     """Draw figures 3.5, 3.10 and 3.11 of one trial."""
-    from graspbench.report import draw_grasp, draw_surface_moments, pick_moments  # loads Matplotlib
+    from graspbench.report import draw_grasp, draw_surface_moments, pick_moments, style  # loads Matplotlib
     from graspbench.report.planning_figures import draw_travel
 
     plan, planner, case, ending = trial.plan, config.planner, _case(config), _ending(config, trial)
@@ -120,17 +120,19 @@ def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output:
     )
     shrinking = output / f"figure_3_5_{trial.name}.png"
     travel, final = output / f"figure_3_10_{ending}", output / f"figure_3_11_{ending}"
-    draw_surface_moments(
-        pick_moments(trial.surfaces), shrinking, f"Figure 3.5: preshape and reconstruction, {trial.name}"
-    )
-    draw_travel(trial.surfaces, plan.history, travel, f"Figure 3.10: planning, {case}")
-    title = f"Figure 3.11: {case}"
-    draw_grasp(trial.surfaces[-1], plan.grasp, paths, final, title=title, caption=caption)
+    with style.drawn_as(style.PRINT):
+        draw_surface_moments(
+            pick_moments(trial.surfaces), shrinking, f"Figure 3.5: preshape and reconstruction, {trial.name}"
+        )
+        draw_travel(trial.surfaces, plan.history, travel, f"Figure 3.10: planning, {case}")
+        title = f"Figure 3.11: {case}"
+        draw_grasp(trial.surfaces[-1], plan.grasp, paths, final, title=title, caption=caption)
     return [shrinking, travel, final]
 
 
 def _draw_forces(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output: Path) -> Path:
     """Draw force field and barrier at the grasp, and add their values to the row."""
+    from graspbench.report import style
     from graspbench.report.planning_figures import draw_forces  # loads Matplotlib
 
     field, values = _forces(config, trial)
@@ -138,7 +140,8 @@ def _draw_forces(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], 
     row["barrier_n"] = dataclasses.asdict(values)
     path = output / f"forces_{_ending(config, trial)}"
     title = f"Force field at the grasp: {_case(config)}"
-    return draw_forces(trial.surfaces[-1], trial.plan.grasp, field, values, path, title)
+    with style.drawn_as(style.PRINT):
+        return draw_forces(trial.surfaces[-1], trial.plan.grasp, field, values, path, title)
 
 
 def _ending(config: TrialConfig, trial: PlannedTrial) -> str:

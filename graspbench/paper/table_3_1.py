@@ -82,6 +82,7 @@ def _write(
     trials: Sequence[SweepTrial], store: ResultStore, folder: Path, say: Say
 ) -> tuple[Rows, dict[str, Any]]:
     """Write tables, plot, and a picture of every cell that falls short."""
+    from graspbench.report import style
     from graspbench.report.local_global import comparison_rows, local_global_table, summary  # loads pandas
     from graspbench.report.local_global_figures import draw_ratios  # loads Matplotlib
     from graspbench.report.tables import write_tables
@@ -101,7 +102,8 @@ def _write(
     write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:
-        draw_ratios(rows, folder / "ratios.png")
+        with style.drawn_as(style.PRINT):
+            draw_ratios(rows, folder / "ratios.png")
     document = {"rows": rows, "summary": summary(rows), "failed": failed, "settings": notes[0]}
     write_atomically(folder / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
     return rows, document
@@ -133,6 +135,7 @@ def _case(config: TrialConfig) -> str:
 
 def _explain(config: TrialConfig, result: TrialResult, rows: Rows, folder: Path, say: Say) -> None:
     """Say why a row falls short, and draw its grasps; None in the others."""
+    from graspbench.report import style
     from graspbench.report.local_global import is_short, reason
     from graspbench.report.local_global_figures import draw_grasps
 
@@ -162,7 +165,8 @@ def _explain(config: TrialConfig, result: TrialResult, rows: Rows, folder: Path,
         title = f"{_case(config)}, {row['measure']}: local / global {row['ratio']:.2f}"
         if row["thesis"] is not None:
             title += f" (thesis {row['thesis']:.2f})"
-        draw_grasps(surface, labels, folder / row["picture"], title, row["reason"])
+        with style.drawn_as(style.PRINT):
+            draw_grasps(surface, labels, folder / row["picture"], title, row["reason"])
 
 
 def _grasp(found: GraspResult, surface: Surface) -> Grasp:

@@ -24,3 +24,7 @@ class RecordParameters:
         int, Field(ge=1, description="Keep every n-th surface snapshot; the first and the last always")
     ] = 2
     pictures: Annotated[bool, Field(description="Draw the trial's pictures (PNG) too")] = True
+    print: Annotated[
+        bool, Field(description="Draw them for print: 300 dots an inch, PDF and SVG beside PNG")
+    ] = False
+    titles: Annotated[bool, Field(description="Write a title and the measures into the pictures")] = False

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from graspbench.arrays import FloatArray
 from graspbench.manipulation.case_study import CaseStudyResult, case_study_path, case_study_system
+from graspbench.report import style
 
 _STYLE = {True: ("-", "with secondary tasks"), False: ("--", "without secondary tasks")}
 
@@ -25,8 +27,6 @@ def draw_case_study(
     Returns:
         The files written.
     """
-    from matplotlib.figure import Figure
-
     folder.mkdir(parents=True, exist_ok=True)
     drawn = []
     for name, draw, size in (
@@ -38,8 +38,7 @@ def draw_case_study(
         figure = Figure(figsize=size, layout="constrained")
         draw(figure, results)
         path = folder / f"{name}.png"
-        figure.savefig(path, dpi=150)
-        drawn.append(path)
+        drawn.append(style.save(figure, path))
     for result in results if animation_frames else ():
         suffix = "with_tasks" if result.with_tasks else "without_tasks"
         path = folder / f"case_study_{suffix}.gif"
@@ -164,39 +163,49 @@ def _path(figure: Any, results: Sequence[CaseStudyResult]) -> None:
         axes.plot(*point[:2], "ko", ms=4)
         axes.annotate(label, point[:2], xytext=(5, 5), textcoords="offset points")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel="x (m)", ylabel="y (m)", title="Path of the object")
+    axes.set(xlabel="x (m)", ylabel="y (m)", title=_title("Path of the object"))
 
 
 def _pose_error(figure: Any, results: Sequence[CaseStudyResult]) -> None:
     axes = figure.add_subplot()
     for result in results:
-        style, label = _STYLE[result.with_tasks]
-        axes.plot(result.history.times, result.pose_error, style, label=label)
-    axes.set(xlabel="time (s)", ylabel="norm (m, rad)", title="Pose error, mean of the four loops")
-    axes.legend()
+        dashes, label = _STYLE[result.with_tasks]
+        axes.plot(result.history.times, result.pose_error, dashes, label=label)
+    axes.set(xlabel="time (s)", ylabel="norm (m, rad)", title=_title("Pose error, mean of the four loops"))
+    _legend(figure)
 
 
 def _joint_3(figure: Any, results: Sequence[CaseStudyResult]) -> None:
     axes = figure.add_subplot()
     for result in results:
-        style, label = _STYLE[result.with_tasks]
-        axes.plot(result.history.times, result.q3, style, label=label)
+        dashes, label = _STYLE[result.with_tasks]
+        axes.plot(result.history.times, result.q3, dashes, label=label)
     axes.axhline(np.pi / 2, color="0.5", lw=0.8)
-    axes.set(xlabel="time (s)", ylabel="q3 (rad)", title="Joint 3 and its limit")
-    axes.legend()
+    axes.set(xlabel="time (s)", ylabel="q3 (rad)", title=_title("Joint 3 and its limit"))
+    _legend(figure)
 
 
 def _contacts(figure: Any, results: Sequence[CaseStudyResult]) -> None:
     left, right = figure.subplots(1, 2)
     for result in results:
-        style, label = _STYLE[result.with_tasks]
-        left.plot(result.history.times, result.signed_distance_13_m, style, label=label)
+        dashes, label = _STYLE[result.with_tasks]
+        left.plot(result.history.times, result.signed_distance_13_m, dashes, label=label)
         for tip in range(4):
             name = f"tip {tip + 1}" if result is results[0] else None
-            right.plot(result.history.times, result.contact_x_m[:, tip], style, color=f"C{tip}", label=name)
+            right.plot(
+                result.history.times, result.contact_x_m[:, tip], dashes, color=style.LINES[tip], label=name
+            )
     left.axhline(0.3, color="0.5", lw=0.8)
     left.axhline(0.0, color="0.5", lw=0.8)
     left.set(xlabel="time (s)", ylabel="distance (m)", title="Signed distance from tip 1 to tip 3")
     right.set(xlabel="time (s)", ylabel="x (m)", title="Contacts from the centre of the object")
-    left.legend()
-    right.legend()
+    _legend(figure)
+
+
+def _title(text: str) -> str:
+    return text if style.look().titles else ""
+
+
+def _legend(figure: Any) -> None:
+    """Put one legend of all curves under them, where it hides none."""
+    figure.legend(loc="outside lower center", ncols=6, frameon=False, fontsize=9)

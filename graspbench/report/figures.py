@@ -11,10 +11,11 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, ImageArray
 from graspbench.report import style
-from graspbench.report.render import Viewpoint, render
+from graspbench.report.render import Viewpoint, render, visibility
 from graspbench.report.solids import Solid, ball, surface_solid, tube
 
 if TYPE_CHECKING:  # pictures only read attributes: no need to load the stages
+    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
     from graspbench.grasp.configuration import Grasp
@@ -47,7 +48,7 @@ def draw_views(views: Sequence[View], silhouettes: Sequence[Silhouette], path: P
     for k, view in enumerate(views):
         left = _GAP + (k % columns) * (_TILE[0] + _GAP)
         top = _GAP + (k // columns) * (_TILE[1] + _GAP)
-        style.place(figure, _tile(view, found.get(view.station), zoom), left, top)
+        style.place(figure, _tile(view, found.get(view.station), zoom), left, top, _TILE)
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 2.5}
         style.write(figure, view.station, left + 8, top + 8, 10, bbox=box)
     entries = [style.stroke(style.OUTLINE, "silhouette", 2.5), style.stroke(style.BOX, "bounding box", 2.5)]
@@ -64,20 +65,20 @@ def draw_surface_moments(surfaces: Sequence[Surface], path: Path, title: str | N
         path: PNG file to write.
         title: Line over the picture.
     """
-    size, head = 400, 44 if title else 14
+    size, head = 400, style.head(44)
     points = np.concatenate([surface.points for surface in surfaces])
     ground = float(surfaces[-1].points[:, 2].min())
-    view = _viewpoint(points, azimuth_deg=-60.0, elevation_deg=18.0)
+    view = _broadest_viewpoint(surfaces[-1].points, points)
     figure = style.canvas(size * len(surfaces), size + head + 34)
     for k, surface in enumerate(surfaces):
         solid = surface_solid(surface, style.SURFACE)
         image = render([solid], [], view, (size, size), ground_height_m=ground if surface.at_rest else None)
-        style.place(figure, image, k * size, head)
+        style.place(figure, image, k * size, head, (size, size))
         label = "at rest" if surface.at_rest else "first ellipsoid" if surface.iteration == 0 else ""
         text = ", ".join(filter(None, (f"step {surface.iteration}", label)))
         style.write(figure, text, (k + 0.5) * size, size + head + 4, 12, ha="center")
-    if title:
-        style.write(figure, title, 16, 14, 14, weight="bold")
+    style.scale_bar(figure, view.pixels_per_m(size, size), size * len(surfaces) - 16, head + size - 8)
+    style.title(figure, title)
     return style.save(figure, path)
 
 
@@ -113,14 +114,10 @@ def draw_grasp(
         title: First line of the picture.
         caption: Second line, such as the scores.
     """
-    size, head, foot = (1100, 760), 64 if caption else 40, 40
-    image = grasp_image(surface, grasp, paths, size, hand=hand)
+    size, head, foot = (1100, 760), style.head(64 if caption else 40), 40
     figure = style.canvas(size[0], head + size[1] + foot)
-    style.place(figure, image, 0, head)
-    if title:
-        style.write(figure, title, 18, 14, 15, weight="bold")
-    if caption:
-        style.write(figure, caption, 18, 42, 12)
+    draw_grasp_image(figure, (0, head), size, surface, grasp, paths, hand=hand)
+    style.title(figure, title, caption)
     entries = grasp_legend(bool(paths))
     place = (0.5, 4 / (head + size[1] + foot))
     figure.legend(
@@ -130,40 +127,44 @@ def draw_grasp(
     return style.save(figure, path)
 
 
-def grasp_image(
+def draw_grasp_image(
+    figure: Figure,
+    corner: tuple[int, int],
+    size: tuple[int, int],
     surface: Surface,
     grasp: Grasp,
     paths: Sequence[FingertipPath],
-    size: tuple[int, int],
     *,
     hand: Sequence[Solid] = (),
     more: Sequence[Solid] = (),
-) -> ImageArray:
-    """Render a grasp and its fingertip paths from where the contacts are seen best.
+) -> None:
+    """Draw a grasp and its fingertip paths from where object and contacts are seen best, with a scale bar.
 
     Args:
+        figure: Where to.
+        corner: Its left and upper edge, pixels of the layout.
+        size: Width and height, pixels of the layout.
         surface: The surface at rest.
         grasp: The grasp on it.
         paths: The fingertip paths; may be empty.
-        size: Width and height, px.
         hand: The hand's links in the world.
         more: Further marks that shine through.
-
-    Returns:
-        RGB image on white.
     """
     seen = [surface.points, *(p.approach for p in paths), *(s.points for s in (*hand, *more))]
-    view = _best_viewpoint(np.concatenate(seen), grasp, size[0] / size[1])
+    view = _best_viewpoint(np.concatenate(seen), grasp, size[0] / size[1], surface, hand)
     scale = view.radius_m
     marks = [ball(point, 0.024 * scale, style.CONTACT) for point in grasp.points]
     marks.append(ball(grasp.centroid, 0.028 * scale, style.CENTROID))
     for finger in paths:
-        marks += [ball(point, 0.011 * scale, style.FLOATING) for point in finger.via]
+        marks += [ball(point, 0.011 * scale, style.VIA) for point in finger.via]
         marks.append(tube(finger.approach, 0.006 * scale, style.APPROACH))
         marks.append(tube(finger.grasp, 0.008 * scale, style.GRASP))
     ground = float(surface.points[:, 2].min())
     solids = [surface_solid(surface, style.SURFACE), *hand]
-    return render(solids, [*marks, *more], view, size, ground_height_m=ground)
+    image = render(solids, [*marks, *more], view, size, ground_height_m=ground)
+    style.place(figure, image, *corner, size)
+    right, bottom = corner[0] + size[0] - 20, corner[1] + size[1] - 12
+    style.scale_bar(figure, view.pixels_per_m(*size), right, bottom)
 
 
 def grasp_legend(with_paths: bool) -> list[Line2D]:
@@ -171,7 +172,7 @@ def grasp_legend(with_paths: bool) -> list[Line2D]:
     entries = [style.dot(style.CONTACT, "contacts"), style.dot(style.CENTROID, "centroid")]
     if with_paths:
         entries += [
-            style.dot(style.FLOATING, "floating points", 7),
+            style.dot(style.VIA, "via points", 7),
             style.stroke(style.APPROACH, "approach"),
             style.stroke(style.GRASP, "grasp"),
         ]
@@ -197,15 +198,37 @@ def travel_viewpoint(points: FloatArray, grasp: Grasp) -> Viewpoint:
     return _best_viewpoint(points, grasp, 1.0)
 
 
-def _best_viewpoint(points: FloatArray, grasp: Grasp, aspect: float) -> Viewpoint:
-    """Choose the view in which the most contacts face the eye, and the farthest apart on the picture."""
+def _broadest_viewpoint(body: FloatArray, points: FloatArray) -> Viewpoint:
+    """Return the view of all points, a little from above, in which a body shows the most of itself."""
+
+    def area(view: Viewpoint) -> float:
+        flat = ((body - body.mean(axis=0)) @ view.axes[:2].T).astype(np.float32)
+        return float(cv2.contourArea(cv2.convexHull(flat)))
+
+    views = [_viewpoint(points, azimuth, 18.0) for azimuth in np.arange(-180.0, 180.0, 15.0)]
+    return max(views, key=area)
+
+
+def _best_viewpoint(
+    points: FloatArray,
+    grasp: Grasp,
+    aspect: float,
+    surface: Surface | None = None,
+    hand: Sequence[Solid] = (),
+) -> Viewpoint:
+    """Choose the view in which the most of object and contacts is seen, and the contacts farthest apart."""
+    body = None if surface is None else surface_solid(surface, style.SURFACE)
 
     def worth(view: Viewpoint) -> float:
         facing = np.clip(grasp.normals @ view.direction + 0.15, -0.3, 0.4).sum()
         screen = (grasp.points - grasp.centroid) @ view.axes[:2].T
         apart = np.linalg.norm(screen[:, None] - screen[None], axis=-1)
         np.fill_diagonal(apart, np.inf)
-        return float(facing + 0.5 * apart.min() / view.radius_m)
+        seen = 0.0
+        if body is not None and hand:
+            shown = visibility(body, hand, grasp.points, view)
+            seen = 2.0 * shown.body + shown.points.mean()
+        return float(seen + facing + 0.5 * apart.min() / view.radius_m)
 
     directions = [(a, e) for e in (14.0, 24.0, 36.0) for a in np.arange(-180.0, 180.0, 15.0)]
     return max((_viewpoint(points, a, e, aspect) for a, e in directions), key=worth)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from graspbench.report import style
 from graspbench.report.comparison import TITLE
-from graspbench.report.figures import grasp_image, grasp_legend
+from graspbench.report.figures import draw_grasp_image, grasp_legend
 from graspbench.report.local_global import REFINED_GOAL
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from graspbench.reconstruction.surface import Surface
 
 _TILE = (420, 380)
-_LOCAL, _REFINED, _THESIS = "#b3202a", "#1f6fb4", "#22262b"
+_LOCAL, _REFINED, _THESIS = style.LINES[1], style.LINES[0], style.INK
 
 
 def draw_ratios(rows: Sequence[Mapping[str, Any]], path: Path) -> Path:
@@ -44,9 +44,11 @@ def draw_ratios(rows: Sequence[Mapping[str, Any]], path: Path) -> Path:
         panel.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=9)
         panel.set(ylim=(0.0, 1.05), title=measure)
         panel.grid(True, axis="y", alpha=0.3)
-    figure.axes[0].legend(fontsize=9, loc="lower left")
-    figure.suptitle(TITLE, fontsize=13)
-    figure.tight_layout()
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=9, loc="lower center", ncols=len(labels), frameon=False)
+    if style.look().titles:
+        figure.suptitle(TITLE, fontsize=13)
+    figure.tight_layout(rect=(0.0, 0.07, 1.0, 1.0))
     return style.save(figure, path)
 
 
@@ -60,14 +62,15 @@ def draw_grasps(surface: Surface, grasps: Mapping[str, Grasp], path: Path, title
         title: First line.
         caption: Sentence below it; it is broken into lines.
     """
-    head, foot = 96, 64
+    head, foot = style.head(96), 64
     width = _TILE[0] * len(grasps)
     figure = style.canvas(width, head + _TILE[1] + foot)
     for k, (label, grasp) in enumerate(grasps.items()):
-        style.place(figure, grasp_image(surface, grasp, (), _TILE), k * _TILE[0], head)
+        draw_grasp_image(figure, (k * _TILE[0], head), _TILE, surface, grasp, ())
         style.write(figure, label, (k + 0.5) * _TILE[0], head + _TILE[1] + 2, 12, ha="center")
-    style.write(figure, title, 18, 12, 14, weight="bold")
-    style.write(figure, _broken(caption, width // 7), 18, 40, 10)
+    style.title(figure, title)
+    if style.look().titles:
+        style.write(figure, _broken(caption, width // 7), 18, 40, 10)
     figure.legend(
         handles=grasp_legend(with_paths=False), loc="lower center", frameon=False, fontsize=11, ncols=2
     )

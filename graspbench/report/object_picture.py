@@ -44,13 +44,15 @@ def draw_object(model: ObjectModel, path: Path) -> Path:
         (whole, 120.0, "surface from behind"),
         (pieces, -60.0, f"{count} convex piece{'s' * (count != 1)} for physics"),
     )
-    head = 44
+    head = style.head(44)
     figure = style.canvas(_TILE * len(tiles), _TILE + head + 30)
     for k, (solids, azimuth_deg, label) in enumerate(tiles):
         view = Viewpoint(middle, azimuth_deg, 20.0, radius)
         image = render(solids, [], view, (_TILE, _TILE), ground_height_m=float(low[2]))
-        style.place(figure, image, k * _TILE, head)
+        style.place(figure, image, k * _TILE, head, (_TILE, _TILE))
         style.write(figure, label, (k + 0.5) * _TILE, _TILE + head + 2, 12, ha="center")
     size = " x ".join(f"{1e3 * length:.0f}" for length in high - low)
-    style.write(figure, f"{model.name}, {size} mm, {1e3 * model.mass_kg:.0f} g", 16, 14, 14, weight="bold")
+    style.title(figure, f"{model.name}, {size} mm, {1e3 * model.mass_kg:.0f} g")
+    scale = Viewpoint(middle, 0.0, 20.0, radius).pixels_per_m(_TILE, _TILE)
+    style.scale_bar(figure, scale, _TILE - 16, head + _TILE - 8)
     return style.save(figure, path)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from graspbench.arrays import FloatArray
 from graspbench.report import style
-from graspbench.report.figures import grasp_image, grasp_legend
+from graspbench.report.figures import draw_grasp_image, grasp_legend
 
 if TYPE_CHECKING:
     from graspbench.grasp.configuration import Grasp
@@ -37,11 +37,11 @@ def draw_outer_triangle(
         title: First line.
         caption: Second line.
     """
-    width, height = _SIZE[0] + _SIDE, _HEAD + _SIZE[1] + _FOOT
+    head = style.head(_HEAD)
+    width, height = _SIZE[0] + _SIDE, head + _SIZE[1] + _FOOT
     figure = style.canvas(width, height)
-    style.place(figure, grasp_image(surface, grasp, paths, _SIZE), 0, _HEAD)
-    style.write(figure, title, 18, 14, 15, weight="bold")
-    style.write(figure, caption, 18, 44, 12)
+    draw_grasp_image(figure, (0, head), _SIZE, surface, grasp, paths)
+    style.title(figure, title, caption)
     entries = grasp_legend(bool(paths))
     figure.legend(
         handles=entries, loc="lower left", bbox_to_anchor=(0.01, 2 / height), frameon=False, fontsize=12,

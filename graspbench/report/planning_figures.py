@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.report import style
-from graspbench.report.figures import grasp_image, pick_moments, travel_viewpoint
+from graspbench.report.figures import draw_grasp_image, pick_moments, travel_viewpoint
 from graspbench.report.render import render
 from graspbench.report.solids import Solid, ball, surface_solid, tube
 
@@ -48,24 +48,24 @@ def draw_travel(surfaces: Sequence[Surface], history: Sequence[Grasp], path: Pat
     order = {id(surface): k for k, surface in enumerate(surfaces)}
     when = [_snapshot_of(grasp, surfaces) for grasp in history]
     view = travel_viewpoint(surfaces[0].points, history[-1])
-    figure = style.canvas(_TILE * len(moments), _TILE + 116)
+    head = style.head(44)
+    figure = style.canvas(_TILE * len(moments), head + _TILE + 72)
     for k, surface in enumerate(moments):
         done = [grasp for grasp, at in zip(history, when, strict=True) if at <= order[id(surface)]]
         marks = [
-            ball(point, 0.012 * view.radius_m, style.FLOATING)
-            for grasp in done[:-1]
-            for point in grasp.points
+            ball(point, 0.012 * view.radius_m, style.VIA) for grasp in done[:-1] for point in grasp.points
         ]
         marks += [
             ball(point, 0.035 * view.radius_m, style.CONTACT) for point in surface.points[done[-1].vertices]
         ]
         image = render([surface_solid(surface, style.SURFACE)], marks, view, (_TILE, _TILE))
-        style.place(figure, image, k * _TILE, 44)
+        style.place(figure, image, k * _TILE, head, (_TILE, _TILE))
         moves = len(done) - 1
         text = f"step {surface.iteration}, configuration {moves + 1} of {len(history)}"
-        style.write(figure, text, (k + 0.5) * _TILE, _TILE + 50, 12, ha="center")
-    style.write(figure, title, 16, 14, 14, weight="bold")
-    entries = [style.dot(style.CONTACT, "contacts"), style.dot(style.FLOATING, "earlier contacts", 7)]
+        style.write(figure, text, (k + 0.5) * _TILE, head + _TILE + 6, 12, ha="center")
+    style.scale_bar(figure, view.pixels_per_m(_TILE, _TILE), _TILE - 16, head + _TILE - 8)
+    style.title(figure, title)
+    entries = [style.dot(style.CONTACT, "contacts"), style.dot(style.VIA, "earlier contacts", 7)]
     figure.legend(handles=entries, loc="lower center", frameon=False, fontsize=12, ncols=2)
     return style.save(figure, path)
 
@@ -83,7 +83,7 @@ def draw_forces(
         path: PNG file to write.
         title: Line over the picture.
     """
-    n_f, size, panel, head, foot = len(grasp.points), (560, 470), 300, 78, 50
+    n_f, size, panel, head, foot = len(grasp.points), (560, 470), 300, style.head(78, 44), 50
     width, height = size[0] + n_f * panel + 90, head + size[1] + foot
     figure = style.canvas(width, height)
     terms = {name: np.asarray(getattr(forces, name)) for name in _TERMS}
@@ -96,12 +96,12 @@ def draw_forces(
         for point, force in zip(grasp.points, terms[name], strict=True)
         if np.linalg.norm(force) > 0.01 * most
     ]
-    style.place(figure, grasp_image(surface, grasp, (), size, more=arrows), 0, head)
-    style.write(figure, title, 18, 14, 15, weight="bold")
+    draw_grasp_image(figure, (0, head), size, surface, grasp, (), more=arrows)
+    style.title(figure, title)
     note = (
         f"longest arrow {most:.2g} N; right: tangent planes, points coloured by the barrier, x out of reach"
     )
-    style.write(figure, note, 18, 44, 12)
+    style.write(figure, note, 18, head - 34, 12)
     largest = max(float(barrier.total[barrier.reachable].max(initial=0.0)), 1e-3)
     scale = Normalize(0.0, largest)
     for i in range(n_f):

@@ -14,11 +14,15 @@ import numpy.typing as npt
 from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from graspbench.report import style
 from graspbench.report.solids import Solid, merge
 
 Pixels: TypeAlias = npt.NDArray[np.float32]
 
 _SUPERSAMPLING = 2
+_LINE_PX = 0.45  # half the width of the network's lines
+_TOUCHING = 0.02  # of the distance: points on a surface are seen although it is as near as they
+_PROBE = (96, 72)  # pixels in which it is looked what hides what
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,11 @@ class Viewpoint:
         right /= np.linalg.norm(right)
         return np.stack((right, np.cross(forward, right), forward))
 
+    def pixels_per_m(self, width: int, height: int) -> float:
+        """Return the scale of a picture at the target."""
+        half = 0.5 * min(width, height) / np.tan(np.radians(self.field_deg / 2))
+        return float(half / self.distance_m)
+
     def project(self, points: FloatArray, width: int, height: int) -> FloatArray:
         """Return (u, v, 1 / depth) of world points, shape (n, 3)."""
         eye = self.target + self.distance_m * self.direction
@@ -84,27 +93,65 @@ def render(
         solids: What hides things.
         marks: Points and paths that must be found.
         view: Where from.
-        size: Width and height of the image, px.
+        size: Width and height of the image, pixels of the layout (see `style.Look.resolution`).
         ground_height_m: Height of a table top that receives a soft shadow; None for none.
         ghost: How much of a hidden mark is seen, from 0 to 1.
 
     Returns:
         RGB image on white, shape (height, width, 3).
     """
-    width, height = size[0] * _SUPERSAMPLING, size[1] * _SUPERSAMPLING
+    resolution = style.look().resolution
+    size = (size[0] * resolution, size[1] * resolution)
+    finer = _SUPERSAMPLING if resolution == 1 else 1  # print is fine enough as it is
+    width, height = size[0] * finer, size[1] * finer
     image = np.full((height, width, 3), 1.0, dtype=np.float32)
     if ground_height_m is not None:
         _drop_shadow(image, [*solids, *marks], view, ground_height_m)
-    body_color, body_depth = _layer(solids, view, width, height, ambient=0.0)
-    mark_color, mark_depth = _layer(marks, view, width, height, ambient=0.35)
+    line_px = _LINE_PX * finer * resolution
+    body_color, body_depth = _layer(solids, view, width, height, line_px, ambient=0.0)
+    mark_color, mark_depth = _layer(marks, view, width, height, line_px, ambient=0.35)
     _compose(image, body_color, body_depth, mark_color, mark_depth, ghost)
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     pixels: ImageArray = np.clip(small * 255.0 + 0.5, 0, 255).astype(np.uint8)
     return pixels
 
 
+@dataclass(frozen=True)
+class Visibility:
+    """What is seen from somewhere.
+
+    Attributes:
+        body: Share of the body's outline that nothing hides.
+        points: Whether each point is seen, shape (n,).
+    """
+
+    body: float
+    points: BoolArray
+
+
+def visibility(body: Solid, others: Sequence[Solid], points: FloatArray, view: Viewpoint) -> Visibility:
+    """Return how much of a body and of points on it is seen past other solids.
+
+    Args:
+        body: The body.
+        others: What may hide it.
+        points: Shape (n, 3).
+        view: Where from.
+    """
+    width, height = _PROBE
+    _, mine = _layer([body], view, width, height, 0.0, ambient=0.0)
+    _, before = _layer(others, view, width, height, 0.0, ambient=0.0)
+    outline = mine > 0.0
+    free = float((mine >= before)[outline].mean()) if outline.any() else 0.0
+    screen = view.project(points, width, height)
+    column = np.clip(screen[:, 0].astype(int), 0, width - 1)
+    row = np.clip(screen[:, 1].astype(int), 0, height - 1)
+    nearest = np.maximum(mine, before)[row, column]
+    return Visibility(free, screen[:, 2] >= nearest * (1.0 - _TOUCHING))
+
+
 def _layer(
-    solids: Sequence[Solid], view: Viewpoint, width: int, height: int, ambient: float
+    solids: Sequence[Solid], view: Viewpoint, width: int, height: int, line_px: float, ambient: float
 ) -> tuple[Pixels, Pixels]:
     color = np.zeros((height, width, 3), dtype=np.float32)
     depth = np.zeros((height, width), dtype=np.float32)  # 1 / distance: nothing there is 0
@@ -119,7 +166,7 @@ def _layer(
             solid.faces,
             solid.edges,
             lights,
-            0.45 * _SUPERSAMPLING,
+            line_px,
             ambient,
             color,
             depth,

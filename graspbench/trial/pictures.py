@@ -1,16 +1,25 @@
 """The pictures of a trial."""
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
 from graspbench.planning import FingertipPath
-from graspbench.report import draw_grasp, draw_surface_moments, draw_views, pick_moments
+from graspbench.report import draw_grasp, draw_surface_moments, draw_views, pick_moments, style
 from graspbench.report.geometry import trial_geometry, write_geometry
 from graspbench.report.hand_solids import hand_solids
 from graspbench.trial.planned import PlannedTrial
 
 
-def draw_trial(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[FingertipPath]) -> None:
+def draw_trial(
+    folder: Path,
+    index: str,
+    trial: PlannedTrial,
+    paths: Sequence[FingertipPath],
+    *,
+    for_print: bool = False,
+    titles: bool = False,
+) -> None:
     """Draw the views, the surface's moments, the paths, and the hand (thesis figures 3.3, 3.10, 3.11).
 
     Args:
@@ -19,7 +28,15 @@ def draw_trial(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[Fi
         index: The index's name.
         trial: The trial.
         paths: Its fingertip paths.
+        for_print: Whether PDF and SVG are written too, and everything at 300 dots an inch.
+        titles: Whether a title and the measures stand in the pictures.
     """
+    look = dataclasses.replace(style.PRINT if for_print else style.SCREEN, titles=titles)
+    with style.drawn_as(look):
+        _draw(folder, index, trial, paths)
+
+
+def _draw(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[FingertipPath]) -> None:
     draw_views(trial.views, trial.silhouettes, folder / "views.png")
     draw_surface_moments(pick_moments(trial.surfaces), folder / "surface.png")
     surface, grasp, quality = trial.surfaces[-1], trial.plan.grasp, trial.plan.quality

@@ -78,7 +78,8 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
         with clock.stage("pictures"):
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib
 
-            draw_trial(folder, config.index_name, trial, paths)
+            wanted = config.record
+            draw_trial(folder, config.index_name, trial, paths, for_print=wanted.print, titles=wanted.titles)
     return result
 
 

@@ -57,7 +57,7 @@ def test_moments_begin_with_the_ellipsoid_and_end_at_rest(trial):
 def test_grasp_shows_contacts_and_paths(tmp_path, trial, paths):
     surface = trial.surfaces[-1]
     image = read(draw_grasp(surface, trial.grasp, paths, tmp_path / "a.png", title="ball", caption="Q1 = 1"))
-    for color in (style.FLOATING, style.APPROACH, style.GRASP):
+    for color in (style.VIA, style.APPROACH, style.GRASP):
         assert has(image[80:], color, 60)
 
 

@@ -1,7 +1,7 @@
 // The interactive view of a trial: WebGL, no library. Drag turns, two fingers or the wheel zoom, right drag moves.
 const LOOKS = {
-  surface: [.55, .70, .86], hand: [.48, .51, .56], contact: [.85, .12, .16], centroid: [.1, .1, .1],
-  via: [.95, .75, .1], approach: [.15, .62, .3], grasp: [.85, .12, .16], ground: [.75, .77, .78],
+  surface: [.55, .70, .86], hand: [.48, .51, .56], contact: [.72, .03, .15], centroid: [.1, .1, .1],
+  via: [.98, .90, .25], approach: [0, .52, .38], grasp: [.72, .03, .15], ground: [.75, .77, .78],
 };
 
 const VERTEX = `attribute vec3 position; attribute vec3 normal; uniform mat4 view; uniform mat4 projection;
