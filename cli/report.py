@@ -92,20 +92,17 @@ def _report(
     if group:
         shown.append(group_table(frame, group, stat, value))
     correlations = correlation_table(frame)
-    written = [*shown, correlations] if correlations.rows else shown
-    paths = list(write_tables(written, target, [name for name in formats if name in _TABLES]))
+    if correlations.rows:
+        shown.append(correlations)
+    paths = list(write_tables(shown, target, [name for name in formats if name in _TABLES]))
     if "parquet" in formats:
         path = target / "trials.parquet"
         write_atomically(path, parquet_bytes(frame.drop(columns="folder")))
         paths.append(path)
     if "html" in formats:
-        from graspbench.report.html import write_page
+        from graspbench.report.results_page import write_loaded_page
 
-        places = {
-            row["trial_id"]: Path(row["folder"]) for row in frame[["trial_id", "folder"]].to_dict("records")
-        }
-        title = ", ".join(folder.resolve().name for folder in folders)
-        paths.append(write_page(frame, target, places, title=title, pictures=pictures))
+        paths.append(write_loaded_page(folders, loaded, frame, target, shown, pictures))
     return shown, paths
 
 

@@ -127,6 +127,6 @@ def _write(rows: Rows, results: Sequence[TrialResult], folder: Path) -> dict[str
     )
     correlations = correlation_table(results_frame(results), outcomes=_OUTCOMES)
     write_tables([Table("table", _TITLE, columns, tuple(rows), notes), correlations], folder)
-    document = {"rows": rows, "correlations": list(correlations.rows)}
+    document = {"rows": rows, "correlations": list(correlations.records)}
     write_atomically(folder / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
     return document

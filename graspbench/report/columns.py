@@ -4,11 +4,13 @@ Everything else in this package asks here for a column of ``trials.csv`` that it
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pandas as pd
 
 from graspbench.grasp.quality import THESIS_MEASURES
+from graspbench.results.columns import describe_column
 
 TRIAL_ID, STATUS, REASON, SUCCESS, SEED = "trial_id", "status", "reason", "success", "seed"
 FOLDER = "folder"
@@ -17,7 +19,8 @@ INDEX, GAIN = "index.name", "index.k_cm"
 PLANNING_TIME = "local.time_s"
 VERSION, COMMIT, DIRTY = "provenance.graspbench", "provenance.git.commit", "provenance.git.dirty"
 MEASURES = THESIS_MEASURES
-DONE = "done"
+CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION = "quality.contact", "quality.friction", "execution.friction"
+DONE, UNREADABLE = "done", "unreadable"
 
 _RATIOS = tuple(f"ratio.{measure}" for measure in MEASURES)
 _LOCALS = tuple(f"local.{measure}" for measure in MEASURES)
@@ -25,26 +28,11 @@ QUALITIES = (*_LOCALS, *_RATIOS)
 SUMMARISED = (*_RATIOS, PLANNING_TIME)
 COMPARED = (SUCCESS, *_LOCALS, *_RATIOS, PLANNING_TIME)
 
-# What a trial gives; every other column says what was asked for.
-_OUTCOME_SECTIONS = (
-    "local", "global", "ratio", "refined", "reconstruction", "times_s", "provenance", "manipulation",
-    "in_hand", "surface_distance",
-)  # fmt: skip
-_OUTCOMES = frozenset(
-    {
-        "object.mass_kg", "object.extents_m",
-        "execution.success", "execution.reason", "execution.fingers", "execution.contacts_made",
-        "execution.contact_time_s", "execution.contact_error_m", "execution.tip_error_max_m",
-        "execution.palm_error_max_m", "execution.object_displacement_m", "execution.object_turn_deg",
-        "execution.pushes_weight", "execution.largest_push_weight", "execution.time_s",
-        # Asked for or computed: the trials' configuration says which.
-        "execution.grip_force_n",
-    }
-)  # fmt: skip
-_OUTCOME_STARTS = ("execution.phases.",)
-_WHOLE_SETTINGS = (SEED, "contact")
+# Of a result's own columns these say what was asked for; of the others what came of it.
+_NAMED = ("choice.", "index.")
+_ASKED = frozenset({OBJECT, HAND, FINGERS, SEED, "kind"})
 # What is kept of a trial does not change it.
-_NO_MATTER = ("record", "engine")
+_NO_MATTER = ("record", "engine", "experiment")
 _PHYSICS_OUTCOMES = ("slip_m", "drift_m", "turn_deg", "push_weight")
 # What a grasp is planned for, in contrast to how.
 _PROBLEMS = ("object", "scene")
@@ -55,15 +43,12 @@ def global_value(measure: str) -> str:
     return f"global.{measure}.value"
 
 
+@cache
 def is_setting(name: str) -> bool:
     """Tell whether a column says what was asked for, rather than what came of it."""
-    section, dot, option = name.partition(".")
-    section = option if section == "choice" else section
-    if not dot and name not in _WHOLE_SETTINGS:
+    if _section(name) in _NO_MATTER or name == FOLDER:
         return False
-    if name in _OUTCOMES or name.startswith(_OUTCOME_STARTS) or section in _NO_MATTER:
-        return False
-    return section not in _OUTCOME_SECTIONS
+    return name in _ASKED or name.startswith(_NAMED) or describe_column(name) is None
 
 
 def is_problem(name: str) -> bool:

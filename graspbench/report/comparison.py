@@ -43,7 +43,7 @@ def comparison_table(trials: pd.DataFrame) -> Table:
         LogError: The table has no trial, or lacks the columns that name one.
     """
     trials = checked(trials)
-    readable = trials[trials[c.OBJECT].notna()]
+    readable = trials[trials[c.STATUS] != c.UNREADABLE]
     keyed = readable.assign(**{name: readable.get(column) for name, column in _KEYS.items()})
     rows = [
         _row(dict(zip(_KEYS, key, strict=True)), group)

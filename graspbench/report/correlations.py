@@ -15,21 +15,13 @@ from graspbench.report.tables import Column, Table
 
 SIGNIFICANCE = 0.05
 
-_COLUMNS = (
-    Column("quality_head", "planned quality"),
-    Column("outcome_head", "outcome"),
-    Column("rho", "rho", format=".2f", interval=("low", "high")),
-    Column("p", "p", format=".2g"),
-    Column("p_corrected", "p, corrected", format=".2g"),
-    Column("trials", "n", format="d"),
-)
-
 
 def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Table:
     """Return Spearman's rank correlation of every planned quality with what physics made of it.
 
-    All pairs of which something can be said are in the rows, with p values corrected for their number by
-    Benjamini and Hochberg's procedure; pairs without an estimate are left out.
+    People see a row an outcome and a column a quality, with an asterisk where the p value is below
+    `SIGNIFICANCE` after Benjamini and Hochberg's correction for the number of pairs. The data have a row a
+    pair, with intervals and p values; pairs without an estimate are left out.
 
     Args:
         trials: One row a trial.
@@ -42,24 +34,49 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
             if not math.isnan(found.value):
                 records.append(
                     {
-                        "quality": quality, "outcome": outcome, "quality_head": head_of(quality)[0],
-                        "outcome_head": head_of(outcome)[0], "rho": found.value, "low": found.low,
+                        "quality": quality, "outcome": outcome, "rho": found.value, "low": found.low,
                         "high": found.high, "p": found.p, "trials": found.count,
                     }
                 )  # fmt: skip
     p = corrected(np.array([record["p"] for record in records]))
-    rows = tuple({**record, "p_corrected": float(value)} for record, value in zip(records, p, strict=True))
-    sure = sum(row["p_corrected"] < SIGNIFICANCE for row in rows)
+    data = tuple(
+        {**record, "p_corrected": float(value), "significant": bool(value < SIGNIFICANCE)}
+        for record, value in zip(records, p, strict=True)
+    )
+    notes = (
+        f"* p < {SIGNIFICANCE:g} after Benjamini and Hochberg's correction for {len(data)} pairs; intervals "
+        f"and p values are in the data. n = {_span([int(row['trials']) for row in data])} trials a pair."
+        if data
+        else "Of no pair anything can be said.",
+        *success_notes(trials),
+        *trial_notes(trials),
+    )
+    qualities = list(dict.fromkeys(row["quality"] for row in data))
     return Table(
         "correlations",
         "Quality against physics: Spearman's rank correlation",
-        _COLUMNS,
-        rows,
         (
-            f"95 % intervals; p corrected for {len(rows)} pairs by Benjamini and Hochberg, below "
-            f"{SIGNIFICANCE:g} in {sure}.",
-            *success_notes(trials),
-            *trial_notes(trials),
+            Column("outcome_head", "outcome"),
+            *(
+                Column(quality, *head_of(quality), format=".2f", mark=f"{quality}.significant")
+                for quality in qualities
+            ),
         ),
-        parted=("quality",),
+        _arranged(data),
+        notes,
+        data=data,
     )
+
+
+def _arranged(data: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+    """Return a row an outcome, with each quality's rho."""
+    rows: dict[str, dict[str, Any]] = {}
+    for pair in data:
+        outcome, quality = pair["outcome"], pair["quality"]
+        row = rows.setdefault(outcome, {"outcome": outcome, "outcome_head": head_of(outcome)[0]})
+        row |= {quality: pair["rho"], f"{quality}.significant": pair["significant"]}
+    return tuple(rows.values())
+
+
+def _span(counts: Sequence[int]) -> str:
+    return f"{min(counts)}" if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"

@@ -31,6 +31,7 @@ def group_table(
     Raises:
         ConfigurationError: A column or a statistic is unknown.
     """
+    trials, everything = trials[trials[c.STATUS] != c.UNREADABLE], trials
     chosen = [find_column(trials, name) for name in values] or [
         name for name in c.SUMMARISED if name in trials and c.numbers(trials, name).notna().any()
     ]
@@ -43,11 +44,11 @@ def group_table(
     return Table(
         "groups",
         f"By {', '.join(head_of(key)[0] for key in keys)}",
-        (*_key_columns(grouped, keys), *_value_columns(chosen, statistic), *(_RATE if rates else ())),
+        (*_key_columns(grouped, keys), *_value_columns(chosen, statistic), *_rate_columns(grouped, rates)),
         tuple(_plain(record) for record in grouped.to_dict("records")),
         (
             *_statistic_notes(statistic, rates),
-            *status_notes(trials),
+            *status_notes(everything),
             *success_notes(trials),
             *trial_notes(trials, keys),
         ),
@@ -58,8 +59,16 @@ def group_table(
 
 _RATE = (
     Column("success.rate", "success", format=".2f", interval=("success.low", "success.high"), best="largest"),
-    Column("success.trials", "of", format="d"),
+    Column("success.trials", "executed", format="d"),
 )
+
+
+def _rate_columns(grouped: pd.DataFrame, rates: bool) -> list[Column]:
+    """Return the columns of the success rate: its own number of trials where that differs."""
+    if not rates:
+        return []
+    same = (grouped["success.trials"] == grouped["trials"]).all()
+    return list(_RATE[:1] if same else _RATE)
 
 
 def _add_rates(grouped: pd.DataFrame, trials: pd.DataFrame, keys: Sequence[str]) -> None:
@@ -106,7 +115,7 @@ def _statistic_notes(statistic: Sequence[str], rates: bool) -> list[str]:
     spread = next((name for name in statistic if name in _SPREADS), None) if "mean" in statistic else None
     notes = [f"Mean ± {_SPREADS[spread]}."] if spread else []
     if rates:
-        notes.append("Success: rate with Wilson's 95 % interval, and of how many trials.")
+        notes.append("Success: rate with Wilson's 95 % interval.")
     return notes
 
 

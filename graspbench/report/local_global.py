@@ -22,6 +22,7 @@ COLUMNS = (
     Column("k_cm", "k_cm", format="g"),
     Column("measure", "measure"),
     Column("local", "local", format=".3f"),
+    Column("restarted", "restarted", format=".3f"),
     Column("refined", "refined", format=".3f"),
     Column("global", "global", format=".3f"),
     Column("gap", "gap", format=".3f"),
@@ -29,6 +30,7 @@ COLUMNS = (
     Column("ratio", "local / global", format=".3f"),
     Column("thesis", "thesis", format=".3f"),
     Column("met", "met", narrow=False),
+    Column("ratio_restarted", "restarted / global", format=".3f"),
     Column("ratio_refined", "refined / global", format=".3f"),
     Column("serial_s", "serial", "s", ".2f"),
     Column("parallel_s", "parallel", "s", ".2f"),
@@ -88,7 +90,9 @@ def reason(row: Mapping[str, Any], result: TrialResult, span_m: float) -> str:
         gap = contact_distance_m(contacts(result.refined[row["measure"].lower()]), contacts(found))
         text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
     if not row["optimal"] and row["gap"] is not None:
-        text += f"; the optimum is known within {100 * row['gap']:.0f} % only"
+        text += f"; the optimum is known within {100 * row['gap']:.1f} % only"
+        if found["optimal_up_to_solver"]:
+            text += f": {found['doubtful']} better grasps were refused by the posture solver, no proof"
     return text[0].upper() + text[1:] + "."
 
 
@@ -96,9 +100,12 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the rows say in all."""
     ratios = [row["ratio"] for row in rows if row["ratio"] is not None]
     refined = [row["ratio_refined"] for row in rows if row["ratio_refined"] is not None]
+    restarted = [row["ratio_restarted"] for row in rows if row["ratio_restarted"] is not None]
     thesis = [row for row in rows if row["thesis"] is not None]
     return {
         "mean_ratio": float(np.mean(ratios)) if ratios else None,
+        "tenth_percentile_ratio": float(np.quantile(ratios, 0.1)) if ratios else None,
+        "mean_ratio_restarted": float(np.mean(restarted)) if restarted else None,
         "mean_ratio_refined": float(np.mean(refined)) if refined else None,
         "thesis_cells": len(thesis),
         "thesis_cells_met": sum(row["met"] == "yes" for row in thesis),
@@ -118,9 +125,11 @@ def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) 
     """
     told = summary(rows)
     sentences = (
-        "Each measure's global optimum against the local grasp evaluated with the same measure, and against "
-        "that grasp after ascent of the measure.",
-        f"Mean local / global {_percent(told['mean_ratio'])}, refined / global "
+        "Local: the grasp that followed the surface while it formed, evaluated with the measure. Restarted: "
+        "a multi-start on the finished surface. Refined: the local grasp after ascent of the measure.",
+        f"Mean local / global {_percent(told['mean_ratio'])} (tenth percentile "
+        f"{_percent(told['tenth_percentile_ratio'])}), restarted / global "
+        f"{_percent(told['mean_ratio_restarted'])}, refined / global "
         f"{_percent(told['mean_ratio_refined'])}; {told['thesis_cells_met']} of {told['thesis_cells']} cells "
         f"reach the thesis' ratio, {told['refined_cells_met']} of {told['refined_cells']} refined ones "
         f"{REFINED_GOAL:g}; {told['certified_cells']} of {told['cells']} optima certified.",
@@ -133,6 +142,7 @@ def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) 
 
 def _row(result: TrialResult, measure: str) -> dict[str, Any]:
     local, found, refined = result.local, result.global_[measure], result.refined.get(measure)
+    restarted = result.restarted
     assert local is not None, "a trial that is done has a grasp"
     gain, name = result.index.get("k_cm"), result.object.name
     known = bool(found.contacts) and found.value > 0
@@ -145,6 +155,7 @@ def _row(result: TrialResult, measure: str) -> dict[str, Any]:
         "k_cm": gain,
         "measure": measure.upper(),
         "local": local[measure],
+        "restarted": restarted[measure] if restarted else None,
         "refined": refined.value if refined else None,
         "global": found.value if known else None,
         "upper_bound": found.upper_bound,
@@ -153,6 +164,9 @@ def _row(result: TrialResult, measure: str) -> dict[str, Any]:
         "ratio": ratio,
         "thesis": thesis,
         "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
+        "ratio_restarted": restarted[measure] / found.value if restarted and known else None,
+        "found_by": local.found_by,
+        "followed_share": local.followed_share,
         "ratio_refined": refined.value / found.value if refined and known else None,
         "reconstruction_s": local.reconstruction_time_s,
         "search_s": found.time_s,

@@ -6,8 +6,11 @@ import pandas as pd
 
 from graspbench.report.columns import (
     COMMIT,
+    CONTACT,
     DIRTY,
     DONE,
+    EXECUTED_FRICTION,
+    PLANNED_FRICTION,
     STATUS,
     SUCCESS,
     VERSION,
@@ -19,13 +22,26 @@ _COMMIT_LETTERS = 10
 
 
 def trial_notes(trials: pd.DataFrame, shown: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return what holds for any table of these trials: what it pools, which versions it mixes.
+    """Return what holds for any table of these trials: contacts, what it pools, which versions it mixes.
 
     Args:
         trials: One row a trial.
         shown: Columns that the table tells its rows apart by.
     """
-    return (*pooled_notes(trials, shown), *version_notes(trials))
+    return (*model_notes(trials), *pooled_notes(trials, shown), *version_notes(trials))
+
+
+def model_notes(trials: pd.DataFrame) -> tuple[str, ...]:
+    """Return a sentence that says the contact model and the friction, where all trials share them."""
+    models, planned, executed = (
+        sorted(_texts(trials, name)) for name in (CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION)
+    )
+    parts = [f"{models[0].replace('_', ' ')} contacts"] if len(models) == 1 else []
+    if len(planned) == 1:
+        apart = len(executed) == 1 and executed != planned
+        parts.append(f"friction {planned[0]}" + (f", executed at {executed[0]}" if apart else ""))
+    text = ", ".join(parts)
+    return (f"{text[0].upper()}{text[1:]}.",) if text else ()
 
 
 def pooled_notes(trials: pd.DataFrame, shown: Sequence[str] = ()) -> tuple[str, ...]:

@@ -39,11 +39,17 @@ class ExecutedResult(Part):
     palm_error_max_m: Annotated[Number, About("Largest distance of the palm from where it was wanted")]
     object_displacement_m: Annotated[Number, About("How far the closing moved the object's centre")]
     object_turn_deg: Annotated[Number, About("How far the closing turned the object")]
-    friction: Annotated[Number, About("Coulomb coefficient between fingertips and object")]
-    torsional_friction_m: Annotated[Number, About("Torque about the contact normal per normal force")]
-    planned_friction: Annotated[Number, About("Coulomb coefficient that the grasp was planned with")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
     time_s: Annotated[Number, About("Simulated time")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
     ] = field(default_factory=dict)
@@ -82,10 +88,16 @@ class PlayedResult(Part):
     """What came of an in-hand motion when it was played in physics."""
 
     success: Annotated[bool, About("Whether the object was held to the end")]
-    friction: Annotated[Number, About("Coulomb coefficient between fingertips and object")]
-    torsional_friction_m: Annotated[Number, About("Torque about the contact normal per normal force")]
-    planned_friction: Annotated[Number, About("Coulomb coefficient that the grasp was planned with")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("Squeeze, lift, hold and the motion", empty=_NOT_REACHED)
     ] = field(default_factory=dict)

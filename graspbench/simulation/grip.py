@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
+from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.execution_result import PhaseOutcome
 from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.phases import Phase, smooth

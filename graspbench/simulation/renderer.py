@@ -1,11 +1,6 @@
 """PyBullet's camera as an exact pinhole, for the software renderer and for OpenGL."""
 
-import ctypes
-import os
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
@@ -14,11 +9,12 @@ from typing import TYPE_CHECKING, Self
 import cv2
 import numpy as np
 import numpy.typing as npt
-import pybullet
 
 from graspbench.arrays import FloatArray, ImageArray
 from graspbench.errors import SimulationError
 from graspbench.perception.camera import Intrinsics
+from graspbench.quiet import captured_output
+from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.bullet_exchange import quaternion_of, write_obj
 from graspbench.simulation.scene import SceneParameters
 
@@ -77,7 +73,7 @@ class Renderer:
                         remedy="install libEGL, or choose scene.renderer=tiny",
                     )
             self.name = "tiny" if self._plugin < 0 else "egl"
-            with _silent_output():
+            with captured_output():
                 self.object_body = self._add_object(object_model, object_to_world)
                 if table_texture is not None:
                     self._add_table(table_texture, table_size_m)
@@ -99,7 +95,7 @@ class Renderer:
     def close(self) -> None:
         """Free the world and its files; closing twice does no harm."""
         if self._client >= 0:
-            with _silent_output():
+            with captured_output():
                 pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
         self._folder.cleanup()
@@ -235,23 +231,6 @@ def _load_egl(client: int) -> int:
     spec = find_spec("eglRenderer")
     if spec is None or spec.origin is None:
         return -1
-    with _silent_output():
+    with captured_output():
         plugin: int = pybullet.loadPlugin(spec.origin, "_eglRendererPlugin", physicsClientId=client)
     return plugin
-
-
-@contextmanager
-def _silent_output() -> Iterator[None]:
-    """Keep PyBullet's C++ code from writing to the process' standard output."""
-    c_library = ctypes.CDLL(None)
-    sys.stdout.flush()
-    c_library.fflush(None)
-    kept = os.dup(1)
-    try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 1)
-        yield
-    finally:
-        c_library.fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)

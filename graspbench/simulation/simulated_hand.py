@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
+from graspbench.quiet import captured_output
+from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
 from graspbench.simulation.mounts.motors import POSITION_GAIN
 from graspbench.simulation.mounts.mount import Mount
@@ -173,18 +174,19 @@ class SimulatedHand:
             path = Path(folder) / "hand.urdf"
             path.write_text(self.mount.urdf(), encoding="utf-8")
             try:
-                body: int = pybullet.loadURDF(
-                    str(path),
-                    basePosition=base[:3, 3].tolist(),
-                    baseOrientation=quaternion_of(base),
-                    useFixedBase=True,
-                    flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
-                    physicsClientId=self._client,
-                )
+                with captured_output():
+                    body: int = pybullet.loadURDF(
+                        str(path),
+                        basePosition=base[:3, 3].tolist(),
+                        baseOrientation=quaternion_of(base),
+                        useFixedBase=True,
+                        flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                        physicsClientId=self._client,
+                    )
             except pybullet.error as error:
                 raise HandError(
                     f"PyBullet cannot load the hand '{self.hand.name}' from '{self.hand.urdf_path}'",
-                    remedy="check its meshes and its tree of links",
+                    remedy="save its collision meshes as STL, OBJ or DAE, and check its tree of links",
                 ) from error
         return body
 

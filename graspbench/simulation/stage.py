@@ -3,11 +3,11 @@
 from typing import Protocol
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
+from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import Motion
 from graspbench.simulation.mounts.choice import make_mount

@@ -1,6 +1,5 @@
 """`graspbench report` says what its numbers leave out, pool and mix; folders are made by hand here."""
 
-import json
 import os
 import pty
 import subprocess
@@ -8,22 +7,8 @@ import sys
 
 import pytest
 
-
-def write_trials(folder, trials):
-    """Write a results folder of trials, given by what differs from a plain one."""
-    for k, changes in enumerate(trials):
-        trial_id = f"{ord(folder.name):04x}{k:06x}"
-        result = {
-            "schema": 2, "kind": "trial", "trial_id": trial_id, "status": "done", "reason": None, "seed": k,
-            "success": True, "object": {"name": "duck"}, "hand": {"name": "radial", "fingers": 3},
-            "index": {"name": "force_field", "k_cm": 1.0},
-            "local": {"q1": 0.5 + 0.01 * k, "q2": 2.0, "q3": 0.1, "time_s": 0.3},
-            "global": {"q1": {"value": 0.8}}, "ratio": {"q1": (0.5 + 0.01 * k) / 0.8},
-            "provenance": {"graspbench": "0.1.0", "git": {"commit": "a" * 40, "dirty": False}},
-        } | changes  # fmt: skip
-        (folder / trial_id).mkdir(parents=True)
-        (folder / trial_id / "result.json").write_text(json.dumps(result))
-    return folder
+from graspbench.results.trial_result import ObjectResult, ProvenanceResult
+from tests.report.made import write_trials
 
 
 def notes(finished, table):
@@ -53,7 +38,7 @@ def test_a_trial_that_was_not_executed_is_in_no_rate_test_or_correlation(cli, tm
 
 def test_what_a_table_pools_is_named_in_every_format(cli, tmp_path):
     trials = [
-        {"seed": 0, "choice": {"surface": surface}, "camera": {"width": width}}
+        {"seed": 0, "choice": {"surface": surface}, "settings": {"camera.width": width}}
         for surface in ("thesis", "smooth")
         for width in (320, 640)
     ]
@@ -68,9 +53,9 @@ def test_what_a_table_pools_is_named_in_every_format(cli, tmp_path):
 
 
 def test_averaged_duplicates_are_counted(cli, tmp_path):
-    twice = [{"seed": k // 2, "camera": {"width": 320 * (1 + k % 2)}} for k in range(8)]
+    twice = [{"seed": k // 2, "settings": {"camera.width": 320 * (1 + k % 2)}} for k in range(8)]
     first = write_trials(tmp_path / "a", twice)
-    second = write_trials(tmp_path / "b", [{"seed": k, "camera": {"width": 320}} for k in range(4)])
+    second = write_trials(tmp_path / "b", [{"seed": k, "settings": {"camera.width": 320}} for k in range(4)])
     finished = cli("report", "--compare", first, second, "--json")
     assert finished.code == 0, finished.stderr
     assert "Paired by camera.width, seed" in notes(finished, "compare")
@@ -93,7 +78,7 @@ def test_the_gain_column_holds_gains_only(cli, tmp_path):
 
 def test_results_of_several_versions_are_told(cli, tmp_path):
     trials = [
-        {"provenance": {"graspbench": version, "git": {"commit": commit * 40, "dirty": False}}}
+        {"provenance": ProvenanceResult(graspbench=version, git={"commit": commit * 40, "dirty": False})}
         for version, commit in (("0.1.0", "a"), ("0.2.0", "b"), ("0.2.0", "b"))
     ]
     folder = write_trials(tmp_path / "a", trials)
@@ -127,8 +112,22 @@ def test_a_terminal_shows_tables_that_fit_it(tmp_path):
     assert "duck" in text
 
 
+def test_a_trial_that_cannot_be_read_is_counted_once(cli, tmp_path):
+    folder = write_trials(
+        tmp_path / "a", [{}, {}, {"status": "failed", "reason": "no grasp", "success": False}]
+    )
+    (folder / "0000000001").mkdir()
+    (folder / "0000000001" / "config.yaml").touch()
+    (folder / "0000000001" / "result.json").write_text("{")
+    finished = cli("report", folder, "--group", "object", "--json")
+    assert finished.code == 0, finished.stderr
+    for table in ("table", "groups"):
+        assert "Of 4 trials 1 failed, 1 unreadable: not in the means." in notes(finished, table)
+    assert [row["object.name"] for row in rows(finished, "groups")] == ["duck"]
+
+
 def test_names_are_no_markup(cli, tmp_path):
-    folder = write_trials(tmp_path / "a", [{"object": {"name": "[red]duck[/x]"}}])
+    folder = write_trials(tmp_path / "a", [{"object": ObjectResult("[red]duck[/x]")}])
     output = tmp_path / "o[/x][red]"
     finished = cli("report", folder, "-o", output, "--format", "csv")
     assert finished.code == 0, finished.stderr

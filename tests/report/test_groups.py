@@ -79,16 +79,22 @@ def test_column_that_is_not_there_is_refused_with_near_ones(trials):
 
 def test_correlation_finds_the_order_and_corrects_for_the_number_of_pairs(trials):
     table = correlation_table(trials)
-    rows = {row["outcome"]: row for row in table.rows}
+    rows = {row["outcome"]: row for row in table.records}
     slip = rows["execution.phases.lift.slip_m"]
     assert slip["rho"] == pytest.approx(-1.0)
     assert slip["low"] <= slip["rho"] <= slip["high"]
     assert rows["success"]["rho"] > 0.5
-    expected = stats.false_discovery_control([row["p"] for row in table.rows])
-    assert [row["p_corrected"] for row in table.rows] == pytest.approx(list(expected))
+    expected = stats.false_discovery_control([row["p"] for row in table.records])
+    assert [row["p_corrected"] for row in table.records] == pytest.approx(list(expected))
     assert rows["success"]["p"] == pytest.approx(
         stats.spearmanr(trials["local.q1"], trials["success"]).pvalue
     )
+
+
+def test_correlations_are_shown_as_outcomes_by_qualities(trials):
+    table = correlation_table(trials)
+    assert [row["outcome"] for row in table.rows] == ["success", "execution.phases.lift.slip_m"]
+    assert r"| slip in lift | -1.00\* |" in to_markdown(table)
 
 
 def test_correlation_leaves_out_trials_that_were_not_executed(trials):
@@ -96,7 +102,7 @@ def test_correlation_leaves_out_trials_that_were_not_executed(trials):
     trials["success"] = trials["success"].astype(object)
     trials.loc[40:, ["success", "execution.phases.lift.slip_m"]] = None
     table = correlation_table(trials)
-    assert table.rows == executed.rows
+    assert table.records == executed.records
     assert any("20 of 60" in note for note in table.notes)
 
 

@@ -15,13 +15,15 @@ def to_csv(table: Table) -> str:
 
     Text that a spreadsheet would take for a formula is made inert by an apostrophe before it.
     """
-    keys = list(dict.fromkeys(key for row in table.rows for key in row))
-    nested = {key for key in keys if any(isinstance(row.get(key), list | tuple | dict) for row in table.rows)}
+    keys = list(dict.fromkeys(key for row in table.records for key in row))
+    nested = {
+        key for key in keys if any(isinstance(row.get(key), list | tuple | dict) for row in table.records)
+    }
     plain = [key for key in keys if key not in nested]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([inert(key) for key in plain])
-    writer.writerows([[_cell(row.get(key)) for key in plain] for row in table.rows])
+    writer.writerows([[_cell(row.get(key)) for key in plain] for row in table.records])
     return stream.getvalue()
 
 

@@ -10,5 +10,5 @@ def to_json_rows(table: Table) -> dict[str, Any]:
     return {
         "caption": table.caption,
         "notes": list(table.notes),
-        "rows": [dict(row) for row in table.rows],
+        "rows": [dict(row) for row in table.records],
     }

@@ -18,7 +18,9 @@ MAX_ROWS = 44
 """Rows that a page holds beside a caption."""
 
 _MAX_TEXT_PT = 130.0  # longer text is broken into lines
-_COLUMN_SEPARATION_PT = 3.0
+
+# Of Computer Modern, against a digit.
+_SLIM, _BROAD, _BOLD = frozenset(" ijlt.,:;'[]()|!/f"), frozenset("mwMW@%±_<>"), 1.15
 
 
 @dataclass(frozen=True)
@@ -29,20 +31,23 @@ class _Layout:
         environment: The float.
         width_pt: What it may take.
         size: The command for the letters' size.
-        letter_pt: The width of a letter, a little above the mean.
+        digit_pt: The width of a digit.
+        separation_pt: Half the space between columns.
     """
 
     environment: str
     width_pt: float
     size: str
-    letter_pt: float
+    digit_pt: float
+    separation_pt: float = 3.0
 
 
 _LAYOUTS = (
-    _Layout("table", COLUMN_WIDTH_PT, r"\footnotesize", 4.5),
-    _Layout("table", COLUMN_WIDTH_PT, r"\scriptsize", 4.1),
-    _Layout("table*", PAGE_WIDTH_PT, r"\footnotesize", 4.5),
-    _Layout("table*", PAGE_WIDTH_PT, r"\scriptsize", 4.1),
+    _Layout("table", COLUMN_WIDTH_PT, r"\footnotesize", 4.25),
+    _Layout("table", COLUMN_WIDTH_PT, r"\scriptsize", 3.98),
+    _Layout("table*", PAGE_WIDTH_PT, r"\footnotesize", 4.25),
+    _Layout("table*", PAGE_WIDTH_PT, r"\scriptsize", 3.98),
+    _Layout("table*", PAGE_WIDTH_PT, r"\scriptsize", 3.98, separation_pt=1.5),
 )
 
 
@@ -90,23 +95,28 @@ def _chunks(table: Table) -> list[range]:
 
 def _width_pt(table: Table, columns: Sequence[Column], layout: _Layout) -> float:
     cells = sum(_column_width_pt(table, column, layout) for column in columns)
-    return cells + 2 * _COLUMN_SEPARATION_PT * (len(columns) - 1)
+    return cells + 2 * layout.separation_pt * (len(columns) - 1)
 
 
 def _column_width_pt(table: Table, column: Column, layout: _Layout) -> float:
-    letters = max((len(column.cell(row)) for row in table.rows), default=0)
-    letters = max(letters, *(len(line) for line in _head_lines(column, letters)))
-    return min(layout.letter_pt * letters, _MAX_TEXT_PT)
+    cells = max((_digits(column.cell(row)) for row in table.rows), default=0.0)
+    digits = max(cells * (_BOLD if column.best else 1.0), *map(_digits, _head_lines(column, cells)))
+    return min(layout.digit_pt * digits, _MAX_TEXT_PT)
 
 
-def _head_lines(column: Column, letters: int) -> list[str]:
-    """Return a heading's lines, none longer than the cells or its longest word."""
-    words = column.heading().split()
-    widest = max([letters, *map(len, words)])
+def _digits(text: str) -> float:
+    """Return the width of a text in digits of Computer Modern."""
+    return sum(0.64 if c in _SLIM else 1.55 if c in _BROAD or c.isupper() else 1.01 for c in text)
+
+
+def _head_lines(column: Column, cells: float) -> list[str]:
+    """Return a heading's lines, none wider than the cells or its widest word."""
+    words = re.split(r"\s+(?!/)", column.heading())  # no line begins with a slash
+    widest = max([cells, *map(_digits, words)])
     lines = [""]
     for word in words:
         joined = f"{lines[-1]} {word}".strip()
-        lines = [*lines[:-1], joined] if len(joined) <= widest else [*lines, word]
+        lines = [*lines[:-1], joined] if _digits(joined) <= widest else [*lines, word]
     return lines
 
 
@@ -126,7 +136,8 @@ def _float(
     return "\n".join(
         [
             rf"\begin{{{layout.environment}}}[t]",
-            rf"  \centering{layout.size}\setlength{{\tabcolsep}}{{{_COLUMN_SEPARATION_PT:g}pt}}",
+            r"  \setlength{\abovecaptionskip}{0pt}\setlength{\belowcaptionskip}{4pt}",
+            rf"  \centering{layout.size}\setlength{{\tabcolsep}}{{{layout.separation_pt:g}pt}}",
             rf"  \caption{{{latex_prose(' '.join(sentences))}}}",
             rf"  \label{{{re.sub(r'[^A-Za-z0-9:.-]', '-', label)}}}",
             rf"  \begin{{tabular}}{{@{{}}{kinds}@{{}}}}",
@@ -157,8 +168,8 @@ def _heads(table: Table, columns: Sequence[Column]) -> list[str]:
         lines = [" & ".join(cells) + r" \\", "".join(rules)]
     heads = []
     for column in columns:
-        letters = max((len(column.cell(row)) for row in table.rows), default=0)
-        broken = r"\\".join(latex_prose(line) for line in _head_lines(column, letters))
+        cells_digits = max((_digits(column.cell(row)) for row in table.rows), default=0.0)
+        broken = r"\\".join(latex_prose(line) for line in _head_lines(column, cells_digits))
         side = "r" if column.right else "l"
         heads.append(rf"\shortstack[{side}]{{{broken}}}" if r"\\" in broken else broken)
     return [*lines, " & ".join(heads) + r" \\"]
@@ -166,9 +177,9 @@ def _heads(table: Table, columns: Sequence[Column]) -> list[str]:
 
 def _cell(table: Table, column: Column, i: int, bold: bool, layout: _Layout) -> str:
     text = column.cell(table.rows[i])
-    written = "--" if text == "-" else latex_prose(text) if column.right else escape_latex(text)
+    written = "--" if text == "-" else latex_prose(text)
     if bold:
         written = rf"\textbf{{{written}}}"
-    if layout.letter_pt * len(text) <= _MAX_TEXT_PT:
+    if layout.digit_pt * _digits(text) <= _MAX_TEXT_PT:
         return written
     return rf"\parbox[t]{{{math.floor(_MAX_TEXT_PT)}pt}}{{\raggedright {written}\strut}}"

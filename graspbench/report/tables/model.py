@@ -29,6 +29,7 @@ class Column:
         group: The heading above, which neighbouring columns share; "" for none.
         spread: The key of a half width or standard deviation that is shown behind a plus-minus sign.
         interval: The keys of the lower and the upper end that are shown in brackets.
+        mark: The key of a truth that is shown as an asterisk behind the value.
         best: Which value of those that are compared is bold; "" for none.
         narrow: Whether it is shown where room is short, on a page and in a terminal.
     """
@@ -40,6 +41,7 @@ class Column:
     group: str = ""
     spread: str | None = None
     interval: tuple[str, str] | None = None
+    mark: str | None = None
     best: Literal["", "largest", "smallest"] = ""
     narrow: bool = True
 
@@ -63,7 +65,7 @@ class Column:
             ends = [row.get(key) for key in self.interval]
             if all(known(end) for end in ends):
                 text += " [" + ", ".join(value_text(end, self.format) for end in ends) + "]"
-        return text
+        return f"{text}*" if self.mark is not None and row.get(self.mark) else text
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class Table:
         caption: What it shows, without a final full stop.
         columns: What people see.
         rows: Values with full precision; CSV and JSON carry all of them, shown or not.
+        data: What CSV and JSON carry instead, where people see another arrangement.
         notes: Sentences below it.
         compared: The keys that rows must agree in to be compared with each other; the best of such rows is
             bold. None where rows are not to be compared.
@@ -88,6 +91,12 @@ class Table:
     notes: tuple[str, ...] = ()
     compared: tuple[str, ...] | None = None
     parted: tuple[str, ...] = ()
+    data: tuple[Row, ...] | None = None
+
+    @property
+    def records(self) -> tuple[Row, ...]:
+        """What CSV and JSON carry."""
+        return self.rows if self.data is None else self.data
 
     def best_cells(self) -> frozenset[tuple[int, str]]:
         """Return row and key of the best values; none where all that are compared look the same."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
 from graspbench.hand.model import HandModel
@@ -98,9 +99,6 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
     Args:
         hand: The hand.
         rotation_root_to_wrist: How the hand's root link is fixed to the last wrist link, shape (3, 3).
-
-    Raises:
-        HandError: A mesh file of the URDF cannot be found.
     """
     robot, root = hand_robot(hand)
     mount = ElementTree.Element("robot", robot.attrib)
@@ -111,9 +109,8 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
         kind = "revolute" if "_r" in name else "prismatic"
         mount.append(strong_joint(name, kind, parent, f"{name}_link", axis))
         parent = f"{name}_link"
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_root_to_wrist
-    mount.append(fixed_joint("wrist_mount", parent, root, pose))
+    rpy = Rotation.from_matrix(rotation_root_to_wrist).as_euler("xyz")
+    mount.append(fixed_joint("wrist_mount", parent, root, (0, 0, 0), rpy))
     mount.extend(robot)
     return ElementTree.tostring(mount, encoding="unicode")
 

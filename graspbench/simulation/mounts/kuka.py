@@ -15,7 +15,7 @@ from graspbench.simulation.mounts.kuka_arm import ARM_JOINTS, WRIST_LINK, ArmMod
 from graspbench.simulation.mounts.kuka_placement import Placement, place_arm
 from graspbench.simulation.mounts.motors import MountMotors
 from graspbench.simulation.mounts.mount import PalmTask
-from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link
+from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link, roll_pitch_yaw
 
 _MAX_TORQUE_NM = 300.0
 _LOST_M = 0.002
@@ -117,9 +117,6 @@ def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
     Args:
         hand: The hand.
         transform_root_to_wrist: Pose of the hand's root link in the last link of the arm, shape (4, 4).
-
-    Raises:
-        HandError: A mesh file of the hand cannot be found.
     """
     path = arm_urdf()
     robot = ElementTree.parse(path).getroot()
@@ -131,9 +128,12 @@ def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
     whole = ElementTree.Element("robot", name="arm_with_hand")
     # PyBullet places a body by its base link's centre of mass: let that be where the link is.
     whole.append(light_link("arm_base"))
-    whole.append(fixed_joint("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), np.eye(4)))
+    whole.append(
+        fixed_joint("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), (0, 0, 0), (0, 0, 0))
+    )
     whole.extend(part for part in robot if part.tag in ("link", "joint"))
     hand_tree, root = hand_robot(hand)
-    whole.append(fixed_joint("hand_on_arm", WRIST_LINK, root, transform_root_to_wrist))
+    pose = transform_root_to_wrist
+    whole.append(fixed_joint("hand_on_arm", WRIST_LINK, root, pose[:3, 3], roll_pitch_yaw(pose[:3, :3])))
     whole.extend(hand_tree)
     return ElementTree.tostring(whole, encoding="unicode")

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
+from graspbench.simulation.bullet import pybullet
 
 POSITION_GAIN = 0.3
 

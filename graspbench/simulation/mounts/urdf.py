@@ -2,10 +2,9 @@
 
 import math
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
+from collections.abc import Iterable
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import HandError
 from graspbench.hand.model import HandModel
 from graspbench.simulation.inertia import mend_inertias
 
@@ -14,14 +13,8 @@ _MASS_KG, _INERTIA_KGM2 = 0.2, 1e-3
 
 
 def hand_robot(hand: HandModel) -> tuple[ElementTree.Element, str]:
-    """Return the hand's URDF for PyBullet: absolute paths of meshes, possible inertias; and its root link.
-
-    Raises:
-        HandError: A mesh file of the URDF cannot be found.
-    """
+    """Return the hand's URDF for PyBullet, with possible inertias, and its root link."""
     robot = ElementTree.parse(hand.urdf_path).getroot()
-    for mesh in robot.iter("mesh"):
-        mesh.set("filename", str(_mesh_path(hand, mesh.get("filename", ""))))
     mend_inertias(robot)
     children = {
         _attribute(joint, "child") for joint in robot.iter("joint") if joint.find("child") is not None
@@ -57,14 +50,16 @@ def strong_joint(name: str, kind: str, parent: str, child: str, axis: str) -> El
     return joint
 
 
-def fixed_joint(name: str, parent: str, child: str, pose: FloatArray) -> ElementTree.Element:
-    """Return a joint that holds a link at a pose in its parent, shape (4, 4)."""
+def fixed_joint(
+    name: str, parent: str, child: str, xyz_m: Iterable[float], rpy: Iterable[float]
+) -> ElementTree.Element:
+    """Return a joint that holds a link in its parent: position, and angles about fixed axes, rad."""
     joint = _joint(name, "fixed", parent, child)
     ElementTree.SubElement(
         joint,
         "origin",
-        xyz=" ".join(f"{value:.15g}" for value in pose[:3, 3]),
-        rpy=" ".join(f"{angle:.15g}" for angle in _roll_pitch_yaw(pose[:3, :3])),
+        xyz=" ".join(f"{value:.15g}" for value in xyz_m),
+        rpy=" ".join(f"{angle:.15g}" for angle in rpy),
     )
     return joint
 
@@ -76,7 +71,7 @@ def _joint(name: str, kind: str, parent: str, child: str) -> ElementTree.Element
     return joint
 
 
-def _roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
+def roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
     """Return angles about fixed axes x, y, z as URDF has them, also where two of them do the same."""
     r = rotation
     cosine = math.hypot(r[0, 0], r[1, 0])
@@ -84,20 +79,6 @@ def _roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
     if cosine > 1e-9:
         return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
     return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
-
-
-def _mesh_path(hand: HandModel, name: str) -> Path:
-    if name.startswith("package://"):
-        candidates = [folder / name.removeprefix("package://") for folder in hand.package_dirs]
-    else:
-        plain = Path(name.removeprefix("file://"))
-        candidates = [plain if plain.is_absolute() else hand.urdf_path.parent / plain]
-    for path in candidates:
-        if path.is_file():
-            return path
-    raise HandError(
-        f"mesh '{name}' of hand '{hand.name}' is not found", remedy="check hand.package_dirs", mesh=name
-    )
 
 
 def _attribute(joint: ElementTree.Element, tag: str) -> str:
