@@ -11,6 +11,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
+from graspbench.geometry import topology
 from graspbench.geometry.body import Body
 from graspbench.geometry.mesh import make_mesh
 
@@ -61,24 +62,35 @@ def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: Sequence[float], 
     Args:
         parts: Vertices of each part, shapes (n_i, 3), m.
         inflate_m: How far each part's vertices move out along their normals, m; the next value is tried
-            when the parts do not form one body of genus 0 with the one before.
+            when the parts do not form one body with the one before.
         name: What to call the object in errors.
 
     Raises:
-        MeshError: The parts stay apart, or a hole leads through their union.
+        MeshError: The parts stay apart.
     """
     first: MeshError | None = None
+    best: Body | None = None
     for distance in inflate_m:
         try:
             body = _unite(parts, distance, name)
         except MeshError as error:
             first = first or error
             continue
-        if first is not None:
+        if first is not None or best is not None:
             grown = f"the convex parts were grown by {1e3 * distance:g} mm to join them"
-            return replace(body, repairs=(grown, *body.repairs))
-        return body
-    raise first or MeshError(f"{name} has no convex parts", object=name)
+            body = replace(body, repairs=(grown, *body.repairs))
+        # Slits between the parts look like holes through the object: growing closes them.
+        if best is None or _genus(body) < _genus(best):
+            best = body
+        if _genus(best) == 0:
+            break
+    if best is None:
+        raise first or MeshError(f"{name} has no convex parts", object=name)
+    return best
+
+
+def _genus(body: Body) -> int:
+    return topology.genus(len(body.mesh.vertices), len(body.mesh.faces))
 
 
 def _unite(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
@@ -109,14 +121,6 @@ def _unite(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
         )
     if len(shells) > 1:
         repairs.append(f"{len(shells) - 1} cavities were filled")
-    if (genus := bodies[0].genus()) != 0:
-        raise MeshError(
-            f"{'a hole leads' if genus == 1 else f'{genus} holes lead'} through {name} (genus {genus})",
-            remedy="choose another object",
-            kind="genus",
-            object=name,
-            genus=genus,
-        )
     return Body(from_manifold(bodies[0]), tuple(from_manifold(hull) for hull in hulls), tuple(repairs))
 
 

@@ -165,7 +165,7 @@ def test_vertices_that_no_triangle_uses_are_left_out(tmp_path):
 
 
 def test_the_blocks_of_a_long_file_meet(tmp_path, monkeypatch):
-    monkeypatch.setattr("graspbench.geometry.text_formats._BLOCK", 37)
+    monkeypatch.setattr("graspbench.geometry.text_mesh._BLOCK", 37)
     path = as_obj(*prism(0), tmp_path / "prism")
     path.write_text(path.read_text().replace("f 1", "f \\\n1"))
     assert check_mesh(path, scale=0.001).usable
