@@ -61,11 +61,11 @@ def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: Sequence[float], 
     Args:
         parts: Vertices of each part, shapes (n_i, 3), m.
         inflate_m: How far each part's vertices move out along their normals, m; the next value is tried
-            when the parts do not form one body of genus 0 with the one before.
+            when the parts do not form one body with the one before.
         name: What to call the object in errors.
 
     Raises:
-        MeshError: The parts stay apart, or a hole leads through their union.
+        MeshError: The parts stay apart.
     """
     first: MeshError | None = None
     for distance in inflate_m:
@@ -109,14 +109,6 @@ def _unite(parts: Sequence[FloatArray], inflate_m: float, name: str) -> Body:
         )
     if len(shells) > 1:
         repairs.append(f"{len(shells) - 1} cavities were filled")
-    if (genus := bodies[0].genus()) != 0:
-        raise MeshError(
-            f"{'a hole leads' if genus == 1 else f'{genus} holes lead'} through {name} (genus {genus})",
-            remedy="choose another object",
-            kind="genus",
-            object=name,
-            genus=genus,
-        )
     return Body(from_manifold(bodies[0]), tuple(from_manifold(hull) for hull in hulls), tuple(repairs))
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra, minimum_spanning_tree
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.geometry import topology
 
-_SPURIOUS_SHARE = 0.15
+_SPURIOUS_SHARE = 0.1
 """A handle or tunnel of a smaller girth, as share of the object's size, is a scan's error and no grip."""
 
 _ROOTS = 12

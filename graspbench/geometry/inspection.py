@@ -266,12 +266,11 @@ def _genus_problems(name: str, vertices: FloatArray, faces: IntArray, genera: li
     handles = sum(genera)
     if handles == 0:
         return []
+    if len(genera) > 1 or len(faces) > _MAX_SEARCHED:
+        return []
+    girth = thinnest_loop(vertices, faces)[1]
+    if not is_spurious(girth, vertices):
+        return []
     holes = "a hole" if handles == 1 else f"{handles} holes"
-    girth, remedy, spurious = "", "fill it, or choose an object without handles", False
-    if len(genera) == 1 and len(faces) <= _MAX_SEARCHED:
-        thinnest = thinnest_loop(vertices, faces)[1]
-        girth = f", {_length(thinnest)} around where it is thinnest"
-        if spurious := is_spurious(thinnest, vertices):
-            remedy = "cut it with a repair, since it is thin enough to be a scan's error"
-    what = f"{name} has {holes} through it (genus {handles}{girth}), where objects must be of genus 0"
-    return [MeshProblem("genus", what, remedy, spurious)]
+    what = f"{name} has {holes} through it, only {_length(girth)} around where the thinnest is"
+    return [MeshProblem("genus", what, "cut it with a repair, since it may be a scan's error", True)]

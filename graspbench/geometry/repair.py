@@ -48,7 +48,7 @@ def repair(
     vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
     done += report.repairs
     beyond = [problem for problem in report.problems if not problem.repairable]
-    if beyond and {problem.kind for problem in beyond} != {"genus"}:
+    if beyond:
         raise replace(report, problems=tuple(beyond)).error()
     warnings: list[str] = []
     if not report.usable:

@@ -12,7 +12,16 @@ from pydantic import Field
 from graspbench.arrays import BoolArray, FloatArray, ImageArray
 from graspbench.errors import ImageError
 from graspbench.perception.background import Background, FloatImage, learn_background
-from graspbench.perception.blobs import ByteMask, clean, close, fill_holes, largest_blob
+from graspbench.perception.blobs import (
+    ByteMask,
+    clean,
+    close,
+    disc,
+    fill_holes,
+    fill_holes_but,
+    holes,
+    largest_blob,
+)
 from graspbench.perception.camera import Camera, View
 from graspbench.perception.coverage import estimate_coverage
 from graspbench.perception.distortion import ideal_view
@@ -28,6 +37,7 @@ _DOUBTFUL_BLUR_PX = 0.8
 _FAINT = 0.7
 _MOST_REFINEMENTS = 6
 _MOVED_FRACTION = 0.05
+_SURE_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,12 @@ class SilhouetteParameters:
     dilation_px: Annotated[
         int, Field(ge=0, le=20, description="Dilation that follows, and closes gaps, pixels")
     ] = 1
-    fill_holes: Annotated[bool, Field(description="Whether holes in the silhouette are filled")] = True
+    fill_holes: Annotated[
+        bool, Field(description="Fill all holes; else those that do not show the background for sure")
+    ] = False
+    smallest_hole_px: Annotated[
+        int, Field(ge=1, description="Smallest area that counts as a hole, pixels")
+    ] = 100
     smallest_area_px: Annotated[
         int, Field(ge=1, description="Smallest area that counts as an object, pixels")
     ] = 64
@@ -86,6 +101,28 @@ class Silhouette:
     camera: Camera
     window: tuple[int, int, int, int]
     coverage: FloatImage
+
+    @property
+    def holes(self) -> int:
+        """Number of holes through which the background is seen."""
+        top, bottom, left, right = self.window
+        return holes(self.mask[top:bottom, left:right])[0]
+
+
+def without_holes(silhouettes: Sequence[Silhouette]) -> tuple[Silhouette, ...]:
+    """Return silhouettes with their holes filled; those without holes as they are."""
+    return tuple(_filled(silhouette) if silhouette.holes else silhouette for silhouette in silhouettes)
+
+
+def _filled(silhouette: Silhouette) -> Silhouette:
+    top, bottom, left, right = silhouette.window
+    inside = silhouette.mask[top:bottom, left:right]
+    filled = fill_holes(inside)
+    # The rim of a hole is covered in part, within two pixels of it.
+    rim = cv2.dilate((filled & ~inside).astype(np.uint8), disc(2)).astype(np.bool_) & filled
+    outer = cv2.erode(filled.astype(np.uint8), disc(1), borderValue=0).astype(np.bool_)
+    coverage = np.where(rim & outer, np.float32(1.0), silhouette.coverage)
+    return _describe(silhouette.station, filled, silhouette.window, coverage, silhouette.camera)
 
 
 def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tuple[Silhouette, ...]:
@@ -187,6 +224,7 @@ def _refine(
     image: ImageArray, blob: BoolArray, steps: int, parameters: SilhouetteParameters
 ) -> tuple[BoolArray, FloatImage]:
     """Move the outline, a pixel at a step, to where the colour is half way between both sides."""
+    kept = fill_holes(blob) & ~blob
     for _ in range(steps):
         coverage = estimate_coverage(image, blob)
         # Smoothing settles the pixels that are covered by half along the outline they belong to.
@@ -194,8 +232,7 @@ def _refine(
         inside = largest_blob(half.astype(np.uint8))
         if inside is None:
             return blob, coverage
-        if parameters.fill_holes:
-            inside = fill_holes(inside)
+        inside = fill_holes_but(inside, kept)
         moved = np.count_nonzero(inside != blob)
         outline = np.count_nonzero((coverage > 0.0) & (coverage < 1.0))
         blob = inside
@@ -220,7 +257,24 @@ def _blob(
         blob = largest_blob(close(_clean(mask, parameters), deeper))
     if blob is None:
         raise _empty(station)
-    return (fill_holes(blob) if parameters.fill_holes else blob), doubtful
+    return fill_holes_but(blob, _true_holes(blob, distance, background.noise, parameters)), doubtful
+
+
+def _true_holes(
+    blob: BoolArray, distance: FloatImage, noise: float, parameters: SilhouetteParameters
+) -> BoolArray:
+    """Return the holes that are large enough and mostly show the background, shape (h, w)."""
+    true = np.zeros_like(blob)
+    if parameters.fill_holes:
+        return true
+    near = max(noise, _SURE_SHARE * parameters.contrast)
+    count, labels = holes(blob)
+    for hole in range(1, count + 1):
+        inside = labels == hole
+        # On its rim object and background mix.
+        if np.count_nonzero(inside) >= parameters.smallest_hole_px and np.median(distance[inside]) <= near:
+            true |= inside
+    return true
 
 
 def _locate(

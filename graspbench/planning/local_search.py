@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -20,6 +20,7 @@ from graspbench.planning.merit import best_first, merit_of, quality_of
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.screen import polish, screen
 from graspbench.planning.settling import Checker, Settler, Track, settle
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
 NOT_CLOSED = "not force closure"
@@ -130,7 +131,7 @@ class LocalSearch:
                 if found:
                     return
                 if initial is not self._lead_initial:
-                    self._try(surface, initial, [initial.vertices], found)
+                    self._try(surface, initial, [self._on(surface, initial).vertices], found)
 
     def _try_planes(self, surface: Surface, found: list[Candidate]) -> None:
         """Try the planes in their order, some at a time, until one holds a grasp."""
@@ -143,7 +144,8 @@ class LocalSearch:
     def _try_best_first(self, surface: Surface, starts: list[InitialGrasp], found: list[Candidate]) -> None:
         """Follow first grasps without the hand, then let the hand try the best local optima."""
         allowed = self._allowed(surface)
-        optima = screen(self._index, surface, starts, allowed, self._planner.max_moves)
+        here = [self._on(surface, initial) for initial in starts]
+        optima = screen(self._index, surface, here, allowed, self._planner.max_moves)
         tracks_before = len(self.tracks)
         tried_before, enough = self.tried, len(found) + self._planner.candidates
         seen: set[tuple[int, ...]] = set()
@@ -175,6 +177,11 @@ class LocalSearch:
                 self.tried += 1
                 self.rejected[NOT_CLOSED] += 1
 
+    def _on(self, surface: Surface, initial: InitialGrasp) -> InitialGrasp:
+        """Return a grasp on the first surface as the one that continues it on another."""
+        vertices = carry_over(initial.vertices, self._surfaces[0], surface)
+        return initial if vertices is initial.vertices else replace(initial, vertices=vertices)
+
     def _every_plane(self) -> Iterator[tuple[InitialGrasp, ...]]:
         """Yield the first grasps of every plane, those of the leading grasp's plane first."""
         own = [plane for plane in self._seen if self._lead_initial in plane]
@@ -188,7 +195,7 @@ class LocalSearch:
     ) -> None:
         """Let the hand follow a path, then the index with the hand; keep what is a grasp."""
         track = Track(path[-1], moves=len(path) - 1, evaluations=len(path))
-        track.via.append((self._surfaces[0], path[0]))
+        track.via.append((self._surfaces[0], carry_over(path[0], surface, self._surfaces[0])))
         track.via.extend((surface, vertices) for vertices in path)
         feasible = settle(track, surface, self._settler)
         self._judge(track, initial, surface, feasible, found)

@@ -10,6 +10,7 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import MoveFinder
 from graspbench.planning.index import Index, Moves
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
 MOST_REFUSED = 8
@@ -107,6 +108,8 @@ def settle(track: Track, surface: Surface, settler: Settler) -> bool:
     Returns:
         Whether the grasp now is feasible for the hand (always True without a hand).
     """
+    if track.via:
+        track.vertices = carry_over(track.vertices, track.via[-1][0], surface)
     walk = _Walk(track, surface, settler)
     walk.run()
     return settler.placer is None or track.posture is not None

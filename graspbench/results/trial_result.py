@@ -92,6 +92,7 @@ def reconstruction_result(trial: "PlannedTrial") -> dict[str, Any]:
         "nodes": len(final.points),
         "snapshots": len(trial.surfaces),
         "iterations": final.iteration,
+        "genus": final.network.genus,
     }
     if trial.scene is not None:
         pose = trial.scene.transform_object_to_world
