@@ -1,7 +1,7 @@
 """Silhouettes: where in an image the object is (thesis 3.2.2)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import cv2
@@ -101,6 +101,15 @@ class Silhouette:
     camera: Camera
     window: tuple[int, int, int, int]
     coverage: FloatImage
+    margin_px: int = 0
+
+    @property
+    def image_mask(self) -> BoolArray:
+        """The mask within the image."""
+        return self.mask[
+            self.margin_px : self.mask.shape[0] - self.margin_px,
+            self.margin_px : self.mask.shape[1] - self.margin_px,
+        ]
 
     @property
     def holes(self) -> int:
@@ -122,7 +131,15 @@ def _filled(silhouette: Silhouette) -> Silhouette:
     rim = cv2.dilate((filled & ~inside).astype(np.uint8), disc(2)).astype(np.bool_) & filled
     outer = cv2.erode(filled.astype(np.uint8), disc(1), borderValue=0).astype(np.bool_)
     coverage = np.where(rim & outer, np.float32(1.0), silhouette.coverage)
-    return _describe(silhouette.station, filled, silhouette.window, coverage, silhouette.camera)
+    found = _describe(
+        silhouette.station,
+        filled,
+        silhouette.window,
+        coverage,
+        silhouette.camera,
+        fills=silhouette.margin_px > 0,
+    )
+    return replace(found, margin_px=silhouette.margin_px)
 
 
 def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tuple[Silhouette, ...]:
@@ -140,13 +157,42 @@ def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tupl
             the only one; the error names the station.
     """
     ideal = [ideal_view(view) for view in views]
-    small = [_shrink(view.image) for view in ideal]
-    if not ideal:
-        return ()
+    small = [_shrink(view.image) for view in ideal if view.mask is None]
+    if not small:
+        return tuple(_given(view) for view in ideal)
     background = learn_background(small, parameters.darkest_shadow, parameters.border_fraction)
+    coarse = iter(small)
     return tuple(
-        _silhouette(view, coarse, background, parameters) for view, coarse in zip(ideal, small, strict=True)
+        _silhouette(view, next(coarse), background, parameters) if view.mask is None else _given(view)
+        for view in ideal
     )
+
+
+def _given(view: View) -> Silhouette:
+    """Describe the mask that came with a view; where it meets the border, the object goes on beyond."""
+    mask, k = view.mask, view.camera.intrinsics
+    assert mask is not None, "only views with a mask are asked"
+    if not mask.any():
+        raise ImageError(f"the mask of station {view.station} is empty", station=view.station)
+    sides = (mask[0].any(), mask[-1].any(), mask[:, 0].any(), mask[:, -1].any())
+    if not any(sides):
+        return _described_mask(view.station, mask, view.camera)
+    # Beyond a side that cuts the object nothing is known, so that nothing there may be carved away.
+    margin = max(k.width, k.height) // 2
+    wide = np.pad(mask, margin)
+    wide[1:margin, 1:-1] |= sides[0]
+    wide[-margin:-1, 1:-1] |= sides[1]
+    wide[1:-1, 1:margin] |= sides[2]
+    wide[1:-1, -margin:-1] |= sides[3]
+    k = replace(k, width=wide.shape[1], height=wide.shape[0], cx=k.cx + margin, cy=k.cy + margin)
+    found = _described_mask(view.station, wide, Camera(k, view.camera.transform_camera_to_world))
+    seen = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+    return replace(found, margin_px=margin, centroid=seen + margin)
+
+
+def _described_mask(station: str, mask: BoolArray, camera: Camera) -> Silhouette:
+    whole = (0, mask.shape[0], 0, mask.shape[1])
+    return _describe(station, mask, whole, mask.astype(np.float32), camera, fills=True)
 
 
 def silhouette_of_mask(station: str, mask: BoolArray, camera: Camera) -> Silhouette:
@@ -165,16 +211,22 @@ def silhouette_of_mask(station: str, mask: BoolArray, camera: Camera) -> Silhoue
 
 
 def _describe(
-    station: str, inside: BoolArray, window: tuple[int, int, int, int], coverage: FloatImage, camera: Camera
+    station: str,
+    inside: BoolArray,
+    window: tuple[int, int, int, int],
+    coverage: FloatImage,
+    camera: Camera,
+    *,
+    fills: bool = False,
 ) -> Silhouette:
-    """Describe a mask and its coverage, given on a window of the image, as a silhouette."""
+    """Describe a mask and its coverage, given on a window of the image; ``fills``: it may fill the image."""
     height, width = camera.intrinsics.height, camera.intrinsics.width
     per_row, per_column = inside.sum(axis=1), inside.sum(axis=0)
     rows, columns = np.flatnonzero(per_row), np.flatnonzero(per_column)
     if len(rows) == 0:
         raise _empty(station)
     area = float(per_row.sum())
-    if area > _FULL_FRACTION * height * width:
+    if area > _FULL_FRACTION * height * width and not fills:
         raise _full(station)
     top, bottom = window[0] + int(rows[0]), window[0] + int(rows[-1]) + 1
     left, right = window[2] + int(columns[0]), window[2] + int(columns[-1]) + 1

@@ -247,7 +247,7 @@ def _tile(view: View, silhouette: Silhouette | None, zoom: float) -> ImageArray:
     tile = cv2.warpAffine(view.image, warp, _TILE, flags=smooth, borderValue=(235, 235, 235))
     if silhouette is not None:
         contours, _ = cv2.findContours(
-            silhouette.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+            silhouette.image_mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
         )
         lines = [contour[:, 0, :] + 0.5 for contour in contours]
         _polygons(tile, lines, matrix, style.OUTLINE, 2)

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspbench.geometry.intersections import self_intersections
 from graspbench.reconstruction import SurfaceParameters, VisualHull, reconstruct
 from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.dual_net import extract_net, sheets
 from graspbench.reconstruction.narrow_band import CORNERS, NarrowBand, carve
 from graspbench.reconstruction.network import quad_network
 from tests.oracles.scenes import scene
-from tests.oracles.triangles import crossing_triangles
 
 NET = SurfaceParameters(method="hull_net", cell_px=2.0, nodes=102)
 GENERA = {"sphere": 0, "egg": 0, "angle": 0, "torus": 1, "cup": 1, "plate": 2}
@@ -74,7 +74,7 @@ def test_edges_and_corners_are_kept():
     middles = surface.points[surface.network.faces].mean(axis=1)
     gaps = np.abs(VisualHull(shapes.silhouettes).signed_distance(middles))
     assert gaps.mean() < 0.12e-3
-    assert not crossing_triangles(surface.points, surface.network.faces)
+    assert not self_intersections(surface.points, surface.network.faces).any()
 
 
 def test_snapshots_end_at_rest_and_are_finer_and_finer():
@@ -102,10 +102,9 @@ def test_auto_takes_the_net_only_where_a_silhouette_has_a_hole():
 @pytest.mark.parametrize("method", ["elastic", "radial"])
 def test_sphere_like_surfaces_close_holes(method):
     surface = rest(scene("torus").silhouettes, replace(NET, method=method))
-    # The hole's middle is inside the filled hull.
     assert surface.network.genus == 0
     assert np.linalg.norm(surface.centroid[:2]) < 3e-3
-    assert np.hypot(*surface.points[:, :2].T).min() < 0.01
+    assert np.hypot(*surface.points[:, :2].T).min() < 0.02  # over the hole
 
 
 @pytest.mark.parametrize("seed", range(40))
