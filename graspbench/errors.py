@@ -41,7 +41,7 @@ class ConfigurationError(InputError):
 
 
 class MeshError(InputError):
-    """A mesh is missing, unreadable, open, of several bodies, or not of genus 0."""
+    """A mesh is missing, unreadable, open, or of several bodies."""
 
 
 class ImageError(InputError):

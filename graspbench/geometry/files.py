@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def load_mesh(path: str | Path, scale: Scale = 1.0) -> trimesh.Trimesh:
-    """Return the mesh of a file as one closed surface of genus 0, m.
+    """Return the mesh of a file as one closed surface, m.
 
     Args:
         path: A file that ends in .obj, .stl, .ply, .glb or .off.

@@ -21,7 +21,7 @@ class ObjectModel:
 
     Attributes:
         name: What the object is called.
-        mesh: One closed surface of genus 0 with outward normals, m, object frame.
+        mesh: One closed surface with outward normals, m, object frame.
         collision_parts: Convex pieces whose union is the object, m, object frame.
         mass_kg: Mass, evenly spread over the volume.
         friction: Coulomb coefficient of its surface.
