@@ -66,9 +66,9 @@ class SilhouetteParameters:
     fill_holes: Annotated[
         bool, Field(description="Fill all holes; else those that do not show the background for sure")
     ] = False
-    smallest_hole_px: Annotated[
-        int, Field(ge=1, description="Smallest area that counts as a hole, pixels")
-    ] = 100
+    hole_fraction: Annotated[
+        float, Field(ge=0, lt=1, description="Smallest hole, fraction of the filled silhouette's area")
+    ] = 0.015
     smallest_area_px: Annotated[
         int, Field(ge=1, description="Smallest area that counts as an object, pixels")
     ] = 64
@@ -321,10 +321,11 @@ def _true_holes(
         return true
     near = max(noise, _SURE_SHARE * parameters.contrast)
     count, labels = holes(blob)
+    smallest = parameters.hole_fraction * (np.count_nonzero(blob) + np.count_nonzero(labels))
     for hole in range(1, count + 1):
         inside = labels == hole
         # On its rim object and background mix.
-        if np.count_nonzero(inside) >= parameters.smallest_hole_px and np.median(distance[inside]) <= near:
+        if np.count_nonzero(inside) >= smallest and np.median(distance[inside]) <= near:
             true |= inside
     return true
 

@@ -84,7 +84,7 @@ def test_holes_that_show_the_background_stay_unless_told_otherwise():
 def test_small_holes_are_filled():
     ring = disc_coverage(320, 240, 60) - disc_coverage(320, 240, 4)
     assert find(paint(ring)).holes == 0
-    assert find(paint(ring), replace(DEFAULT, smallest_hole_px=20)).holes == 1
+    assert find(paint(ring), replace(DEFAULT, hole_fraction=0.002)).holes == 1
 
 
 def test_a_spot_that_only_resembles_the_background_is_no_hole():
