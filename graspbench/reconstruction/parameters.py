@@ -78,7 +78,7 @@ class SurfaceParameters:
     ] = 0
     cell_px: Annotated[
         float, Field(ge=0.5, le=50, description="Finest cell of method=hull_net, in pixels at the object")
-    ] = 2.7
+    ] = 4.2
     levels: Annotated[
         int,
         Field(ge=1, le=5, description="Grids of method=hull_net, each twice as fine as the one before"),
