@@ -8,6 +8,7 @@ import typer
 import yaml
 
 import graspbench.conf
+from graspbench.datasets import catalogue_files
 
 _CONF_DIR = Path(graspbench.conf.__path__[0])
 
@@ -37,7 +38,8 @@ def _groups() -> list[str]:
 def _values(key: str) -> list[str]:
     """Return the options of a group, or the two values of a switch."""
     if "." not in key:
-        return sorted(path.stem for path in (_CONF_DIR / key).glob("*.yaml"))
+        named = catalogue_files() if key == "object" else {}
+        return sorted({*named, *(path.stem for path in (_CONF_DIR / key).glob("*.yaml"))})
     switches = [name for name, value in _leaves(key.split(".", 1)[0]) if isinstance(value, bool)]
     return ["true", "false"] if key in switches else []
 

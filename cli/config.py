@@ -13,6 +13,9 @@ def config(
     reference: Annotated[
         bool, typer.Option("--reference", help="Print every option there is, with its meaning, as Markdown.")
     ] = False,
+    columns: Annotated[
+        bool, typer.Option("--columns", help="Print what each column of trials.csv means, as Markdown.")
+    ] = False,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
@@ -21,6 +24,11 @@ def config(
         from graspbench.config.reference import configuration_reference
 
         print(configuration_reference(), end="")
+        return
+    if columns:
+        from graspbench.results.columns import columns_reference
+
+        print(columns_reference(), end="")
         return
     from graspbench.cli.printing import print_json
     from graspbench.experiment import load_config

@@ -6,11 +6,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from graspbench.cli.printing import err
+
+if TYPE_CHECKING:
+    from graspbench.experiment import TrialResult
 
 _QUIET_S = 10.0
 
@@ -45,15 +48,15 @@ class SweepProgress:
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
-    def add(self, result: dict[str, Any]) -> None:
+    def add(self, result: "TrialResult") -> None:
         """Count a finished trial; a failure is shown at once, in one line."""
         self._done += 1
-        if result["status"] != "done":
+        if result.status != "done":
             self._bad += 1
-            trial_id = result["trial_id"]
-            reason = str(result["reason"] or "").splitlines()[0]
+            trial_id = result.trial_id
+            reason = (result.reason or "").partition("\n")[0]
             self._bar.console.print(
-                f"[red]{result['status']}[/red] {trial_id} [dim]{self._names.get(trial_id, '')}[/dim]",
+                f"[red]{result.status}[/red] {trial_id} [dim]{self._names.get(trial_id, '')}[/dim]",
                 end=" ",
             )
             self._bar.console.print(reason, markup=False)

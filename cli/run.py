@@ -2,11 +2,15 @@
 
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.grasp.quality import THESIS_MEASURES
+
+if TYPE_CHECKING:
+    from graspbench.experiment import TrialConfig, TrialResult
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="The results folder.")]
 
@@ -16,53 +20,80 @@ def run(
     output: Output = Path("results/run"),
     as_json: Json = False,
     config_dir: ConfigDir = None,
+    stored: Annotated[
+        Path | None,
+        typer.Option(
+            "--config",
+            help="Repeat a stored trial: its folder or its config.yaml; overrides change single values.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Run one trial: images, reconstruction, local and global planning, execution, record."""
-    from graspbench.cli.printing import err, print_json
-    from graspbench.experiment import ResultStore, load_config, run_and_store
+    from graspbench.experiment import load_one_config, load_stored_config
 
-    config = load_config(overrides or [], config_dir)
+    given = overrides or []
+    config = load_one_config(given, config_dir) if stored is None else load_stored_config(stored, given)
+    run_and_show(config, output, as_json)
+
+
+def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
+    """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
+    from graspbench.cli.printing import print_json, print_stage
+    from graspbench.experiment import ResultStore, run_and_store
+
     store = ResultStore(output)
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:
-        err.print(f"[dim]{time.perf_counter() - started:7.2f} s[/dim]  {stage} ({seconds * 1e3:.0f} ms)")
+        print_stage(time.perf_counter() - started, stage, seconds)
 
     result = run_and_store(config, store, on_stage=show_stage)
     store.write_table()
     if as_json:
         print_json(result)
     else:
-        _print_summary(result, store.folder(result["trial_id"]))
-    if result["status"] != "done":
+        _print_summary(result, store.folder(result.trial_id))
+    if result.status != "done":
         raise typer.Exit(1)
 
 
-def _print_summary(result: dict[str, Any], folder: Path) -> None:
-    from graspbench.cli.printing import out, print_rows
+def _print_summary(result: "TrialResult", folder: Path) -> None:
+    from graspbench.cli.printing import out, print_failure, print_rows
+    from graspbench.cli.verdict import verdict
 
-    if result["status"] != "done":
-        out.print(f"[bold red]failed[/bold red]: {result['reason']}")
+    if result.status != "done":
+        print_failure(result.reason)
     else:
-        print_rows(
-            [_measure_row(result, measure) for measure in result["ratio"]],
-            title=f"{result['object']['name']}, {result['hand']['name']} hand, "
-            f"{result['hand']['fingers']} fingers, index {result['index']['name']}: local against global",
-        )
+        out.print(verdict(result))
+    who = f"{result.object.name}, {result.hand.name} hand, {result.hand.fingers} fingers"
+    if result.manipulation is not None:
+        figures = [{"figure": key, "value": value} for key, value in vars(result.manipulation).items()]
+        motion, contact = result.config["motion"]["name"], result.config["contact"]["kind"]
+        print_rows(figures, title=f"{who}, motion {motion}, {contact} contacts")
+    elif result.local is not None:
+        searched = result.global_
+        rows = [_measure_row(result, measure) for measure in searched or THESIS_MEASURES]
+        told = "local against global" if searched else "the local grasp"
+        print_rows(rows, title=f"{who}, index {result.index['name']}: {told}")
     out.print(f"results   {folder}")
     for path in sorted(folder.iterdir()):
-        if path.suffix in {".png", ".mcap"}:
-            out.print(f"{'log' if path.suffix == '.mcap' else 'picture':9s} {path}")
+        if path.suffix in _SHOWN_FILES:
+            out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}")
 
 
-def _measure_row(result: dict[str, Any], measure: str) -> dict[str, Any]:
-    best = result["global"][measure]
-    return {
-        "measure": measure.upper(),
-        "local": result["local"][measure],
-        "global": best["value"],
-        "ratio": result["ratio"][measure],
-        "optimal": best["optimal"],
-        "local time (ms)": 1e3 * result["local"]["time_s"],
-        "global time (ms)": 1e3 * best["time_s"],
-    }
+_SHOWN_FILES = {".png": "picture", ".mcap": "log", ".csv": "histories"}
+
+
+def _measure_row(result: "TrialResult", measure: str) -> dict[str, Any]:
+    local, best = result.local, result.global_.get(measure)
+    assert local is not None, "a trial that is done has a grasp"
+    row = {"measure": measure.upper(), "local": getattr(local, measure, None)}
+    if best is not None:
+        row |= {
+            "global": best.value if best.contacts else None,
+            "ratio": result.ratio.get(measure),
+            "optimal": best.optimal,
+        }
+    row |= {"local time (ms)": 1e3 * local.time_s}
+    return row if best is None else row | {"global time (ms)": 1e3 * best.time_s}

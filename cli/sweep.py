@@ -1,14 +1,14 @@
 """``graspbench sweep``: a grid of trials."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
 
 if TYPE_CHECKING:
-    from graspbench.experiment import PlannedTrial, ResultStore, SweepOptions
+    from graspbench.experiment import ResultStore, SweepOptions, SweepTrial, TrialResult
 
 _INTERRUPTED = 130
 
@@ -71,11 +71,11 @@ def sweep(
         _print_outcome(results, len(trials), output)
     if options.stop.is_set() and not fail_fast:
         raise typer.Exit(_INTERRUPTED)
-    if len(results) < len(trials) or any(result["status"] != "done" for result in results):
+    if len(results) < len(trials) or any(result.status != "done" for result in results):
         raise typer.Exit(1)
 
 
-def _run(trials: "list[PlannedTrial]", new: int, store: "ResultStore", options: "SweepOptions") -> None:
+def _run(trials: "list[SweepTrial]", new: int, store: "ResultStore", options: "SweepOptions") -> None:
     from graspbench.cli.progress import SweepProgress, interruptible
     from graspbench.experiment import run_sweep
 
@@ -89,12 +89,12 @@ def _run(trials: "list[PlannedTrial]", new: int, store: "ResultStore", options: 
             progress.add(result)
 
 
-def _print_outcome(results: list[dict[str, Any]], total: int, output: Path) -> None:
+def _print_outcome(results: "list[TrialResult]", total: int, output: Path) -> None:
     from graspbench.cli.printing import out
 
     counts: dict[str, int] = {}
     for result in results:
-        counts[str(result["status"])] = counts.get(str(result["status"]), 0) + 1
+        counts[result.status] = counts.get(result.status, 0) + 1
     if len(results) < total:
         counts["not run"] = total - len(results)
     out.print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))

@@ -1,11 +1,16 @@
 """``graspbench tune``: search for the values of numeric options that make a measure best."""
 
+import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
+
+if TYPE_CHECKING:
+    from graspbench.sweep.tune import Axis
 
 
 def tune(
@@ -66,13 +71,27 @@ def tune(
         if found.value is not None
     ]
     ranked = sorted(rows, key=lambda row: row[measure], reverse=direction == "maximize")
+    best = _command(axes, grid, ranked[0], config_dir) if ranked else None
     if as_json:
-        print_json({"schema": 1, "measure": measure, "direction": direction, "rows": ranked})
+        document = {"schema": 1, "measure": measure, "direction": direction, "rows": ranked, "best": best}
+        print_json(document)
     else:
         print_rows(ranked[:10], title=f"best by {measure}")
         out.print(f"results   {output / 'trials.csv'}")
-        if ranked:
-            words = " ".join(f"{axis.key}={ranked[0][axis.key]:.6g}" for axis in axes)
-            out.print(f"best      graspbench run {words}", markup=False)
+        if best is not None:
+            out.print(f"best      {best}", markup=False)
     if not ranked:
         raise typer.Exit(1)
+
+
+def _command(
+    axes: "Sequence[Axis]", grid: "Sequence[str]", best: "Mapping[str, Any]", config_dir: Path | None
+) -> str:
+    """Return the command that runs the best candidate's trials again, quoted for a shell."""
+    from graspbench.experiment import expand_sweep
+    from graspbench.sweep.tune import axis_overrides
+
+    overrides = [*grid, *axis_overrides(axes, best)]
+    command = "run" if len(expand_sweep(overrides, config_dir)) == 1 else "sweep"
+    place = [] if config_dir is None else ["--config-dir", str(config_dir)]
+    return shlex.join(["graspbench", command, *overrides, *place])

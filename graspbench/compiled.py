@@ -5,10 +5,12 @@ loops from being vectorised. Neither has an entry for C. What only other kernels
 Python either: each entry costs as much compilation time as a small kernel.
 """
 
+import time
 from collections.abc import Callable
 from typing import TypeVar
 
 from numba import njit
+from numba.core.event import Event, Listener, register
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -23,3 +25,33 @@ def inner(function: Function) -> Function:
     """Compile a function for other kernels only."""
     fast: Function = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
     return fast
+
+
+class _CompilationTimer(Listener):  # type: ignore[misc]  # numba has no types
+    """Adds up the seconds in which numba compiles; what is read from its cache does not count."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._depth = 0
+        self._started = 0.0
+
+    def on_start(self, _event: Event) -> None:
+        """A compilation begins, maybe inside another."""
+        if self._depth == 0:
+            self._started = time.perf_counter()
+        self._depth += 1
+
+    def on_end(self, _event: Event) -> None:
+        """A compilation ends."""
+        self._depth -= 1
+        if self._depth == 0:
+            self.seconds += time.perf_counter() - self._started
+
+
+_timer = _CompilationTimer()
+register("numba:compile", _timer)
+
+
+def seconds_compiling() -> float:
+    """Return how long this process has been compiling inner loops until now."""
+    return _timer.seconds

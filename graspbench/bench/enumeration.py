@@ -11,7 +11,7 @@ from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
 from graspbench.grasp.quality import QualityParameters
 from graspbench.grasp.wrench import wrench_maps
-from graspbench.planning.global_search import GraspConstraint
+from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.reconstruction import Surface
 

@@ -9,11 +9,13 @@ import copy
 import difflib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, Override, Transformer
@@ -22,6 +24,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 import graspbench.conf
+from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, grids_of, keys_of, named_experiment
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
     TASKS_KEY,
@@ -30,11 +33,29 @@ from graspbench.config.schema import (
     complete_with_defaults,
 )
 from graspbench.errors import ConfigurationError
+from graspbench.geometry import list_folder, list_objects
 from graspbench.planning.index import INDICES
 
 Tree = dict[str, Any]
 
+_OBJECT_ID = "object.id"
+
 CONF_DIR = Path(graspbench.conf.__path__[0])
+
+
+@dataclass(frozen=True)
+class Composed:
+    """A composed configuration and where its values come from.
+
+    Attributes:
+        tree: The configuration, complete with every default, interpolations resolved.
+        choice: The option chosen of each group.
+        overridden: Dotted keys that overrides or an experiment set.
+    """
+
+    tree: Tree
+    choice: Mapping[str, str]
+    overridden: tuple[str, ...]
 
 
 def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
@@ -51,20 +72,49 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     for root in filter(None, (CONF_DIR, config_dir)):
         for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
             group = path.parent.relative_to(root).as_posix()
-            if group == "engine":  # of a sweep, not of a trial
+            if group in NO_TRIAL_GROUPS:
                 continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
                 options.setdefault(group, set()).add(path.stem)
-    options.setdefault("index", set()).update(_plugin_indices())
+    for group, names in _options_without_file().items():
+        options.setdefault(group, set()).update(names)
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
 
 
-def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> list[tuple[str, ...]]:
+def experiment_overrides(overrides: Sequence[str], config_dir: Path | None = None) -> list[str]:
+    """Return what the experiment that overrides name sets itself, and the overrides of its grids.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    named = [named_experiment(each) for each in _parse(overrides) if _names(each)]
+    roots = (config_dir, CONF_DIR)
+    found = [f"{key}=" for name in named for key in keys_of(name, roots)]
+    return [*found, *(text for name in named for grid in grids_of(name, roots) for text in grid)]
+
+
+def experiment_only(overrides: Sequence[str]) -> list[str]:
+    """Return the overrides that name an experiment.
+
+    Raises:
+        ConfigurationError: An override cannot be read.
+    """
+    return [text for text, each in zip(overrides, _parse(overrides), strict=True) if _names(each)]
+
+
+def _names(override: Override) -> bool:
+    return bool(override.key_or_group == EXPERIMENT)
+
+
+def expand_sweep(
+    overrides: Sequence[str], config_dir: Path | None = None, primary: Primary = "config"
+) -> list[tuple[str, ...]]:
     """Expand Hydra's sweep grammar into the grid of single trials.
 
     Args:
         overrides: For example ``["object=teddy,bottle", "index.k_cm=0,1", "seed=range(0,3)"]``.
         config_dir: A user's folder with further groups and options.
+        primary: The primary configuration that the groups belong to.
 
     Returns:
         One tuple of plain overrides a trial; the last override varies fastest.
@@ -72,8 +122,16 @@ def expand_sweep(overrides: Sequence[str], config_dir: Path | None = None) -> li
     Raises:
         ConfigurationError: An override cannot be parsed, or a glob matches nothing.
     """
-    axes = [_axis(override, config_dir) for override in _parse(overrides)]
-    return list(itertools.product(*axes))
+    parsed = _parse(overrides)
+    experiments = [override for override in parsed if _names(override)]
+    names = [named_experiment(override) for override in experiments]
+    cells: dict[tuple[str, ...], None] = {}
+    for grid in grids_of(names[-1] if names else None, (config_dir, CONF_DIR)):
+        given = {override.key_or_group for override in parsed}
+        all_of_cell = [*(each for each in _parse(grid) if each.key_or_group not in given), *parsed]
+        axes = [_axis(override, all_of_cell, config_dir, primary) for override in all_of_cell]
+        cells |= dict.fromkeys(itertools.product(*axes))
+    return list(cells)
 
 
 def compose_tree(
@@ -88,6 +146,22 @@ def compose_tree(
 
     Returns:
         The tree, complete with every default, interpolations resolved.
+
+    Raises:
+        ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
+    """
+    return compose_configuration(overrides, config_dir, primary).tree
+
+
+def compose_configuration(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> Composed:
+    """Compose the configuration of one trial, and tell what was chosen and what was overridden.
+
+    Args:
+        overrides: Hydra overrides without sweeps, for example ``["object=duck", "seed=3"]``.
+        config_dir: A user's folder with further groups and options.
+        primary: The primary configuration: ``config`` of a trial or ``manipulate``.
 
     Raises:
         ConfigurationError: A group, option or key is unknown, or an override cannot be parsed.
@@ -118,11 +192,29 @@ def compose_tree(
             values.append(override)
     for group, option in choices.items():
         _check_option(group, option, groups)
-    composed = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
+    composed, chosen = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
     tree = complete_with_defaults(composed, primary)
     for override in values:
         _set_value(tree, override, groups)
-    return _resolved(tree)
+    choice = {group: chosen[group] for group in groups if group in chosen}
+    keys = [*keys_of(choice.get(EXPERIMENT), (config_dir, CONF_DIR)), *(each.key_or_group for each in values)]
+    return Composed(_resolved(tree), choice, tuple(dict.fromkeys(keys)))
+
+
+def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:
+    """Return a complete tree with some of its values set anew; no option of a group can be chosen there.
+
+    Raises:
+        ConfigurationError: An override cannot be read, is no single value, or names no key.
+    """
+    changed = copy.deepcopy(tree)
+    for override in _parse(overrides):
+        if override.is_sweep_override() or override.is_delete():
+            raise ConfigurationError(
+                f"'{override.input_line}' is no single value", remedy="give each key one value"
+            )
+        _set_value(changed, override, {})
+    return changed
 
 
 def _resolved(tree: Tree) -> Tree:
@@ -161,11 +253,15 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
     return parsed
 
 
-def _axis(override: Override, config_dir: Path | None) -> list[str]:
+def _axis(
+    override: Override, others: Sequence[Override], config_dir: Path | None, primary: Primary
+) -> list[str]:
     key = override.get_key_element()
     value: Any = override.value()
     if isinstance(value, Glob):
-        options = group_options(config_dir).get(override.key_or_group, ())
+        options = group_options(config_dir, primary).get(override.key_or_group, ())
+        if override.key_or_group == _OBJECT_ID:
+            options = _object_ids(others, config_dir)
         names = value.filter(list(options))
         if not names:
             raise ConfigurationError(
@@ -176,6 +272,14 @@ def _axis(override: Override, config_dir: Path | None) -> list[str]:
     if not override.is_sweep_override():
         return [override.input_line or ""]
     return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
+
+
+def _object_ids(overrides: Sequence[Override], config_dir: Path | None) -> tuple[str, ...]:
+    """Return the names in the folder that a sweep takes its objects from."""
+    of_object = [item for item in overrides if item.get_key_element().split(".")[0] == "object"]
+    single = [item.input_line or "" for item in of_object if not item.is_sweep_override()]
+    folder = compose_tree(single, config_dir)["object"]["folder"]
+    return () if folder is None else tuple(item.name for item in list_folder(Path(folder).expanduser()))
 
 
 def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:
@@ -189,26 +293,38 @@ def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) 
 
 
 @lru_cache(maxsize=1024)
-def _compose_groups(choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary) -> Tree:
-    """Let Hydra compose the primary configuration with the chosen options."""
-    plugins = {group: option for group, option in choices if _is_plugin(group, option, config_dir)}
-    overrides = [f"{group}={option}" for group, option in choices if group not in plugins]
+def _compose_groups(
+    choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary
+) -> tuple[Tree, dict[str, str]]:
+    """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
+    _store_options_without_file(config_dir)
+    overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
         overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            composed = OmegaConf.to_container(compose(primary, overrides=overrides))
+            found = compose(primary, overrides=overrides, return_hydra_config=True)
+            chosen = _choices(found.hydra.runtime.choices)
+            sections: Any = [key for key in found if key != "hydra"]
+            composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigurationError(
             f"the configuration cannot be composed ({_first_line(error)})",
             remedy="look at it with 'graspbench config'",
         ) from error
     assert isinstance(composed, dict)
-    tree: Tree = {str(key): value for key, value in composed.items()}
-    for group, option in plugins.items():
-        tree[group] = {"name": option}
-    return tree
+    return {str(key): value for key, value in composed.items()}, chosen
+
+
+# An experiment's keys are those of the whole configuration, whatever its file says of a package.
+_IN_HYDRA = {EXPERIMENT: f"{EXPERIMENT}@_global_"}
+
+
+def _choices(made: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the option chosen of each group, as Hydra tells it."""
+    ours = {name: group for group, name in _IN_HYDRA.items()}
+    return {ours.get(str(group), str(group)): str(option) for group, option in made.items() if option}
 
 
 def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:
@@ -268,13 +384,21 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return "'graspbench config' prints every option"
 
 
-def _plugin_indices() -> tuple[str, ...]:
-    return INDICES.names()
+def _options_without_file() -> dict[str, tuple[str, ...]]:
+    """Return the options that are nothing but a name: indices (of plug-ins too) and catalogue objects."""
+    return {"index": INDICES.names(), "object": list_objects()}
 
 
-def _is_plugin(group: str, option: str, config_dir: Path | None) -> bool:
-    roots = [CONF_DIR, *([config_dir] if config_dir else [])]
-    return not any((root / group / f"{option}.yaml").is_file() for root in roots)
+def _store_options_without_file(config_dir: Path | None) -> None:
+    """Let Hydra know these options, but for those that have a file: it would take them for its schema."""
+    store = ConfigStore.instance()
+    for group, names in _options_without_file().items():
+        store.repo.pop(group, None)
+        files = [
+            path.stem for root in (CONF_DIR, config_dir) if root for path in (root / group).glob("*.yaml")
+        ]
+        for name in sorted(set(names) - set(files)):
+            store.store(name, {"name": name}, group=group, provider="graspbench")
 
 
 def _first_line(error: Exception) -> str:

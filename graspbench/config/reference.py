@@ -10,9 +10,10 @@ import yaml
 from pydantic.fields import FieldInfo
 
 from graspbench.config.compose import CONF_DIR, group_options
+from graspbench.config.engine import EngineParameters
 from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
+from graspbench.geometry import catalogue_entry
 from graspbench.planning.index import INDICES
-from graspbench.sweep.engine import EngineParameters
 
 _INTRODUCTION = """\
 # Configuration
@@ -44,6 +45,13 @@ def configuration_reference() -> str:
     return "\n".join(parts)
 
 
+def key_meanings() -> dict[str, str]:
+    """Return what each key of a trial's and an in-hand motion's configuration means."""
+    kinds = [*((section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS))]
+    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
+    return {key: info[1] for section, kind in kinds for key, info in _described(kind, section)}
+
+
 def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
     lines = [f"## {title or section}", "", _first_line(kind), ""]
     if options:
@@ -59,22 +67,30 @@ def _option(section: str, option: str) -> str:
     path = CONF_DIR / section / f"{option}.yaml"
     first = path.read_text(encoding="utf-8").splitlines()[:1] if path.is_file() else []
     comment = first[0].lstrip("# ") if first and first[0].startswith("#") else ""
+    if section == "object" and not path.is_file():
+        comment = f"{catalogue_entry(option).description}."
     return f"- `{section}={option}`" + (f": {comment}" if comment else "")
 
 
 def _rows(kind: type, prefix: str) -> Iterator[str]:
+    for key, (kind_of_value, meaning, default) in _described(kind, prefix):
+        cells = [cell.replace("|", r"\|") for cell in (kind_of_value, meaning)]
+        yield f"| `{key}` | {cells[0]} | `{default}` | {cells[1]} |"
+
+
+def _described(kind: type, prefix: str) -> Iterator[tuple[str, tuple[str, str, str]]]:
+    """Yield each key with its type and bounds, its meaning and its default."""
     hints = typing.get_type_hints(kind, include_extras=True)
     for field in dataclasses.fields(kind):
         hint, info = _unwrapped(hints[field.name])
         default = _default(field)
         key = f"{prefix}.{field.name}"
         if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            yield from _rows(hint, key)
+            yield from _described(hint, key)
             continue
-        meaning = (info.description if info and info.description else "").replace("|", r"\|")
         bounds = ", ".join(str(item) for item in _bounds(info))
-        shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}".replace("|", r"\|")
-        yield f"| `{key}` | {shown} | `{_yaml(default)}` | {meaning} |"
+        shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}"
+        yield key, (shown, info.description if info and info.description else "", _yaml(default))
 
 
 def _unwrapped(hint: Any) -> tuple[Any, FieldInfo | None]:

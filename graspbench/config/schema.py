@@ -23,7 +23,7 @@ from graspbench.planning import INDICES, PlannerParameters, SearchParameters
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
-from graspbench.simulation.execution import ExecutionParameters
+from graspbench.simulation.execution_parameters import ExecutionParameters
 
 Tree = dict[str, Any]
 Primary = Literal["config", "manipulate"]
@@ -49,6 +49,9 @@ MANIPULATION_SECTIONS = {
     "motion": ("graspbench.manipulation.motion", "MotionParameters"),
     "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
 }
+
+# What a configuration may hold besides: where its values come from, and the grids of an experiment.
+NOT_SECTIONS = ("choice", "overridden", "experiment", "grids")
 
 # A mapping whose keys the user chooses: the names of tasks.
 TASKS_KEY = "clik.tasks"
@@ -80,18 +83,29 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
     """
     complete: Tree = {"seed": int(tree.get("seed", 0))}
     for section in section_names(primary):
-        content = dict(tree.get(section) or {})
+        content = _mapping(tree.get(section), section)
         kind = section_type(section, content)
         name = {"name": content["name"]} if section == "index" else {}
         complete[section] = _merge(name | _defaults(kind), content, section)
     if "clik" in complete:
         complete["clik"]["tasks"] = complete_tasks(complete["clik"]["tasks"])
-    unknown = sorted(set(tree) - set(complete) - {"experiment"})
+    unknown = sorted(set(tree) - set(complete) - {*NOT_SECTIONS})
     if unknown:
         raise ConfigurationError(
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
         )
     return complete
+
+
+def _mapping(content: Any, section: str) -> Tree:
+    if content is None:
+        return {}
+    if not isinstance(content, Mapping):
+        raise ConfigurationError(
+            f"the section '{section}' is no mapping of options but {str(content)[:40]!r}",
+            remedy=f"write its options below it, or 'override /{section}: NAME' among the defaults",
+        )
+    return {str(key): value for key, value in content.items()}
 
 
 def complete_tasks(tasks: Mapping[str, Any]) -> Tree:

@@ -3,12 +3,31 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from graspbench.config.compose import Tree, compose_tree
-from graspbench.config.schema import Primary, complete_with_defaults, section_names, validate_section
+import yaml
+
+from graspbench.config.compose import (
+    Composed,
+    Tree,
+    compose_configuration,
+    expand_sweep,
+    experiment_only,
+    experiment_overrides,
+    set_values,
+)
+from graspbench.config.schema import (
+    MANIPULATION_SECTIONS,
+    NOT_SECTIONS,
+    Primary,
+    complete_with_defaults,
+    section_names,
+    validate_section,
+)
+from graspbench.config.user_files import file_digests
 from graspbench.errors import ConfigurationError
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
@@ -16,10 +35,11 @@ from graspbench.grasp.measure import MEASURES
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
 from graspbench.planning import PlannerParameters, SearchParameters
+from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
-from graspbench.simulation.execution import ExecutionParameters
+from graspbench.simulation.execution_parameters import ExecutionParameters
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
@@ -35,8 +55,12 @@ class TrialConfig:
     Attributes:
         seed: Source of every random draw.
         index: Parameters of the index `index_name`.
-        tree: The same as plain values; what ``config.yaml`` holds.
+        tree: The same as plain values.
+        choice: The option chosen of each group, where that is known.
+        overridden: Dotted keys that overrides or an experiment set, where that is known.
     """
+
+    kind: ClassVar[Literal["trial", "manipulation"]] = "trial"
 
     seed: int
     object: ObjectParameters
@@ -54,18 +78,26 @@ class TrialConfig:
     execution: ExecutionParameters
     record: RecordParameters
     tree: Mapping[str, Any]
+    choice: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    overridden: tuple[str, ...] = field(default=(), kw_only=True)
 
-    @property
+    @cached_property
     def trial_id(self) -> str:
         """Ten hexadecimal digits of a hash of what defines the trial, user files by their content."""
         identity = {key: value for key, value in self.tree.items() if key not in _NOT_IDENTITY}
-        identity["files"] = _file_digests(identity)
+        identity["files"] = file_digests(self.object, self.scene, self.hand)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
     def as_tree(self) -> Tree:
         """Return the configuration as plain values."""
         return dict(self.tree)
+
+    def as_yaml(self) -> str:
+        """Return what ``config.yaml`` holds: the configuration, the choices and the overridden keys."""
+        origin = {"choice": dict(self.choice), "overridden": list(self.overridden)}
+        text: str = yaml.safe_dump(self.as_tree() | origin, sort_keys=False, allow_unicode=True)
+        return text
 
 
 @dataclass(frozen=True)
@@ -77,6 +109,8 @@ class ManipulationConfig(TrialConfig):
         motion: What the object shall do.
         contact: How the fingertips meet the object.
     """
+
+    kind: ClassVar[Literal["trial", "manipulation"]] = "manipulation"
 
     clik: "ClikParameters"
     motion: "MotionParameters"
@@ -93,7 +127,8 @@ def load_config(overrides: Sequence[str] = (), config_dir: Path | None = None) -
     Raises:
         ConfigurationError: An option is unknown or a value cannot be used.
     """
-    return config_from_tree(compose_tree(overrides, config_dir))
+    composed = compose_configuration(overrides, config_dir)
+    return config_from_tree(_with_origin(composed))
 
 
 def config_from_tree(tree: Mapping[str, Any]) -> TrialConfig:
@@ -103,7 +138,7 @@ def config_from_tree(tree: Mapping[str, Any]) -> TrialConfig:
         ConfigurationError: An option is unknown or a value cannot be used.
     """
     complete, parts = _parts(tree, "config")
-    return TrialConfig(tree=complete, **parts)
+    return TrialConfig(tree=complete, **parts, **_origin(tree))
 
 
 def load_manipulation_config(
@@ -118,7 +153,8 @@ def load_manipulation_config(
     Raises:
         ConfigurationError: An option is unknown or a value cannot be used.
     """
-    return manipulation_config_from_tree(compose_tree(overrides, config_dir, "manipulate"))
+    composed = compose_configuration(overrides, config_dir, "manipulate")
+    return manipulation_config_from_tree(_with_origin(composed))
 
 
 def manipulation_config_from_tree(tree: Mapping[str, Any]) -> ManipulationConfig:
@@ -128,9 +164,98 @@ def manipulation_config_from_tree(tree: Mapping[str, Any]) -> ManipulationConfig
         ConfigurationError: An option is unknown or a value cannot be used.
     """
     complete, parts = _parts(tree, "manipulate")
-    config = ManipulationConfig(tree=complete, **parts)
+    config = ManipulationConfig(tree=complete, **parts, **_origin(tree))
     _check_manipulation(config)
     return config
+
+
+def kind_of(overrides: Sequence[str], config_dir: Path | None = None) -> Primary:
+    """Return the primary configuration that overrides ask for: one with a motion if they speak of it.
+
+    Args:
+        overrides: Hydra overrides of a trial or a sweep.
+        config_dir: A user's folder, whose experiments may choose a motion.
+    """
+    named = [*overrides, *experiment_overrides(overrides, config_dir)]
+    sections = {text.lstrip("+~").replace("/", ".").partition("=")[0].partition(".")[0] for text in named}
+    return "manipulate" if sections & set(MANIPULATION_SECTIONS) else "config"
+
+
+def load_any_config(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
+) -> TrialConfig:
+    """Compose and validate the configuration of a trial of the kind that a primary configuration makes.
+
+    Raises:
+        ConfigurationError: An option is unknown or a value cannot be used.
+    """
+    load = load_manipulation_config if primary == "manipulate" else load_config
+    return load(overrides, config_dir)
+
+
+def load_one_config(
+    overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary | None = None
+) -> TrialConfig:
+    """Compose and validate the one trial that overrides make, of the kind that they ask for.
+
+    Args:
+        overrides: Hydra overrides; an experiment among them must be of one trial.
+        config_dir: A user's folder with further groups and options.
+        primary: The kind; None for what the overrides speak of.
+
+    Raises:
+        ConfigurationError: An option is unknown, a value cannot be used, or the experiment is a grid.
+    """
+    wanted = primary or kind_of(overrides, config_dir)
+    if len(grid := expand_sweep(experiment_only(overrides), config_dir, wanted)) > 1:
+        raise ConfigurationError(
+            f"the experiment is a grid of {len(grid)} trials", remedy="run it with 'graspbench sweep'"
+        )
+    return load_any_config(overrides, config_dir, wanted)
+
+
+def load_stored_config(path: Path, overrides: Sequence[str] = ()) -> TrialConfig:
+    """Read the configuration of a stored trial, to run it again.
+
+    Args:
+        path: A trial's ``config.yaml``, or the trial's folder.
+        overrides: Values that shall differ.
+
+    Raises:
+        ConfigurationError: There is no such file, it is no configuration, or a value cannot be used.
+    """
+    file = path / "config.yaml" if path.is_dir() else path
+    try:
+        tree = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigurationError(
+            f"the configuration {file} cannot be read ({str(error).splitlines()[0]})",
+            remedy="give a trial's config.yaml",
+        ) from error
+    if not isinstance(tree, dict):
+        raise ConfigurationError(f"{file} holds no configuration", remedy="give a trial's config.yaml")
+    in_hand = any(section in tree for section in MANIPULATION_SECTIONS)
+    origin = {key: tree[key] for key in ("choice", "overridden") if key in tree}
+    values = {str(key): value for key, value in tree.items() if key not in NOT_SECTIONS}
+    if overrides:
+        changed = set_values(complete_with_defaults(values, "manipulate" if in_hand else "config"), overrides)
+        values = {**changed}
+        more = [text.partition("=")[0].lstrip("+") for text in overrides]
+        origin["overridden"] = list(dict.fromkeys([*(origin.get("overridden") or []), *more]))
+    return (manipulation_config_from_tree if in_hand else config_from_tree)(values | origin)
+
+
+def _with_origin(composed: Composed) -> Tree:
+    return composed.tree | {"choice": dict(composed.choice), "overridden": list(composed.overridden)}
+
+
+def _origin(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Return where a tree's values come from, as far as it says so."""
+    choice, overridden = tree.get("choice"), tree.get("overridden")
+    return {
+        "choice": {str(k): str(v) for k, v in choice.items()} if isinstance(choice, Mapping) else {},
+        "overridden": tuple(str(k) for k in overridden) if isinstance(overridden, list) else (),
+    }
 
 
 def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, Any]]:
@@ -142,6 +267,9 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
+    if parts["search"].enabled:
+        for name in parts["search"].measures:
+            check_measure(name, parts["hand"].fingers)
     return complete, {"seed": seed, "index_name": complete["index"]["name"], **parts}
 
 
@@ -162,13 +290,3 @@ def _check_manipulation(config: ManipulationConfig) -> None:
             f"clik.step_s = {config.clik.step_s:g} is too long for {config.motion.duration_s:g} s of motion",
             remedy="take a tenth of motion.duration_s or less",
         )
-
-
-def _file_digests(tree: Mapping[str, Any]) -> dict[str, str]:
-    """Digest the files a configuration points to, so that a changed mesh is another trial."""
-    digests = {}
-    for key in ("mesh", "folder"):
-        value = tree["object"].get(key)
-        if value and Path(value).is_file():
-            digests[f"object.{key}"] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
-    return digests

@@ -8,64 +8,74 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graspbench.config.compose import compose_tree, expand_sweep, group_options
+    from graspbench.config.engine import EngineParameters, load_engine, split_engine
     from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
         config_from_tree,
         load_config,
         load_manipulation_config,
+        load_one_config,
+        load_stored_config,
         manipulation_config_from_tree,
     )
     from graspbench.experiment.catalogue import describe_hands, describe_objects
     from graspbench.experiment.objects import check_object, repair_object, show_object
-    from graspbench.results.store import ResultStore, load_results, results_frame, to_json
-    from graspbench.sweep.engine import EngineParameters, load_engine, split_engine
-    from graspbench.sweep.grid import PlannedTrial, SweepOptions, plan_sweep, run_sweep
-    from graspbench.trial.in_hand import manipulate_and_store
-    from graspbench.trial.pipeline import run_trial
-    from graspbench.trial.runner import run_and_store
+    from graspbench.results.columns import describe_column, results_frame
+    from graspbench.results.plain import to_json
+    from graspbench.results.store import LoadedResults, ResultStore, load_results
+    from graspbench.results.trial_result import TrialResult
+    from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
+    from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
-    "EngineParameters": "sweep.engine",
+    "EngineParameters": "config.engine",
+    "LoadedResults": "results.store",
     "ManipulationConfig": "config.trial_config",
-    "PlannedTrial": "sweep.grid",
     "ResultStore": "results.store",
     "SweepOptions": "sweep.grid",
+    "SweepTrial": "sweep.grid",
     "TrialConfig": "config.trial_config",
+    "TrialResult": "results.trial_result",
     "check_object": "experiment.objects",
     "compose_tree": "config.compose",
     "config_from_tree": "config.trial_config",
+    "describe_column": "results.columns",
     "describe_hands": "experiment.catalogue",
     "describe_objects": "experiment.catalogue",
     "expand_sweep": "config.compose",
     "group_options": "config.compose",
     "load_config": "config.trial_config",
-    "load_engine": "sweep.engine",
+    "load_engine": "config.engine",
     "load_manipulation_config": "config.trial_config",
+    "load_one_config": "config.trial_config",
     "load_results": "results.store",
-    "manipulate_and_store": "trial.in_hand",
+    "load_stored_config": "config.trial_config",
     "manipulation_config_from_tree": "config.trial_config",
     "plan_sweep": "sweep.grid",
     "repair_object": "experiment.objects",
-    "results_frame": "results.store",
+    "results_frame": "results.columns",
     "run_and_store": "trial.runner",
     "run_sweep": "sweep.grid",
-    "run_trial": "trial.pipeline",
+    "run_trial": "trial.runner",
     "show_object": "experiment.objects",
-    "split_engine": "sweep.engine",
-    "to_json": "results.store",
+    "split_engine": "config.engine",
+    "to_json": "results.plain",
 }
 
 __all__ = [
     "EngineParameters",
+    "LoadedResults",
     "ManipulationConfig",
-    "PlannedTrial",
     "ResultStore",
     "SweepOptions",
+    "SweepTrial",
     "TrialConfig",
+    "TrialResult",
     "check_object",
     "compose_tree",
     "config_from_tree",
+    "describe_column",
     "describe_hands",
     "describe_objects",
     "expand_sweep",
@@ -73,8 +83,9 @@ __all__ = [
     "load_config",
     "load_engine",
     "load_manipulation_config",
+    "load_one_config",
     "load_results",
-    "manipulate_and_store",
+    "load_stored_config",
     "manipulation_config_from_tree",
     "plan_sweep",
     "repair_object",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from graspbench.geometry.body import Body
 from graspbench.geometry.mesh import make_mesh
+from graspbench.geometry.naming import file_label
 from graspbench.geometry.preflight import prepare
 from graspbench.geometry.reading import read_mesh
 from graspbench.geometry.units import Scale
@@ -48,7 +49,7 @@ def load_body(path: Path, scale: Scale, repair: bool) -> Body:
 def _load(path: Path, scale: Scale, repair: bool, changed_ns: int, size: int) -> Body:
     """Load a file once per process, and again when it has changed."""
     vertices, faces = read_mesh(path)
-    vertices, faces, report = prepare(vertices, faces, path.name, scale=scale, repaired=repair)
+    vertices, faces, report = prepare(vertices, faces, file_label(path), scale=scale, repaired=repair)
     if not report.usable:
         raise report.error()
     return Body(make_mesh(vertices, faces), None, report.repairs, report.warnings)

@@ -12,6 +12,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry.inspection import MeshProblem, MeshReport, inspect
 from graspbench.geometry.mesh import make_mesh
+from graspbench.geometry.naming import file_label
 from graspbench.geometry.reading import read_mesh
 from graspbench.geometry.repair import repair, tolerate_wrinkles
 from graspbench.geometry.simplification import MAX_KEPT_TRIANGLES, simplify
@@ -123,4 +124,4 @@ def _arrays_of(mesh: str | Path | trimesh.Trimesh) -> tuple[FloatArray, IntArray
 
 
 def _name_of(mesh: str | Path | trimesh.Trimesh) -> str:
-    return Path(mesh).name if isinstance(mesh, str | Path) else "the mesh"
+    return file_label(Path(mesh)) if isinstance(mesh, str | Path) else "the mesh"

@@ -10,11 +10,8 @@ from graspbench.paper.figures_3 import figures_3
 from graspbench.paper.paper_result import PaperResult, Say
 from graspbench.paper.physical import physical
 from graspbench.paper.table_3_1 import table_3_1
-from graspbench.results.store import (
-    SCHEMA_VERSION,
-    to_json,
-    write_atomically,
-)
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, write_atomically
 
 Experiment = Callable[[Path, Sequence[str], int, Path | None, Say], PaperResult]
 

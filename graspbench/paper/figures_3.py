@@ -8,10 +8,11 @@ from typing import Any
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
 from graspbench.paper.paper_result import PaperResult, Say, published
-from graspbench.planning import fingertip_paths, grip_geometry
+from graspbench.planning import centre_gain, centre_option, fingertip_paths, grip_geometry
 from graspbench.planning.barrier import BarrierValues, KinematicBarrier, barrier_force
 from graspbench.planning.indices.force_field import FieldForces, ForceFieldParameters, field_forces
-from graspbench.results.store import SCHEMA_VERSION, to_json, write_atomically
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, write_atomically
 from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
@@ -74,9 +75,9 @@ def _configs(overrides: Sequence[str], config_dir: Path | None) -> list[TrialCon
     """Return the trials: the thesis' objects or the one asked for; both k_cm unless one is asked for."""
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
-    field = hasattr(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index, "k_cm")
-    asked = any(override.startswith("index.k_cm") for override in overrides)
-    gains: list[list[str]] = [["index.k_cm=1"], ["index.k_cm=0"]] if field and not asked else [[]]
+    option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
+    asked = any(override.startswith(f"index.{option}") for override in overrides)
+    gains: list[list[str]] = [[f"index.{option}=1"], [f"index.{option}=0"]] if option and not asked else [[]]
     return [
         load_config([*_DEFAULTS, *chosen, *gain, *overrides], config_dir)
         for chosen in objects
@@ -85,7 +86,7 @@ def _configs(overrides: Sequence[str], config_dir: Path | None) -> list[TrialCon
 
 
 def _case(config: TrialConfig) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{config.object.name}, {config.index_name if gain is None else f'k_cm = {gain:g}'}"
 
 
@@ -96,7 +97,7 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
     return {
         "object": trial.name,
         "fingers": config.hand.fingers,
-        "k_cm": getattr(config.index, "k_cm", None),
+        "k_cm": centre_gain(config.index_name, config.index),
         "equilateral_error_deg": shape.equilateral_error_deg,
         "plane_offset_mm": 1e3 * shape.plane_offset_m,
         "flatness_mm": 1e3 * shape.flatness_m,
@@ -141,7 +142,7 @@ def _draw_forces(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], 
 
 
 def _ending(config: TrialConfig, trial: PlannedTrial) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{trial.name}.png" if gain is None else f"{trial.name}_k_cm_{gain:g}.png"
 
 
@@ -157,22 +158,19 @@ def _forces(config: TrialConfig, trial: PlannedTrial) -> tuple[FieldForces, Barr
 
 
 def _write_tables(rows: list[dict[str, Any]], output: Path) -> list[Path]:
-    from graspbench.report.row_tables import Column, row_tables  # loads pandas
+    from graspbench.report.tables import Column, Table, write_tables
 
     columns = (
-        Column("object", "object", "object"),
-        Column("fingers", "fingers", "fingers"),
-        Column("k_cm", "k_cm", "$k_{cm}$", 0),
-        Column("equilateral_error_deg", "equilateral error, deg", r"equilateral error [$^\circ$]", 2),
-        Column("plane_offset_mm", "plane to centroid, mm", "plane to centroid [mm]", 2),
-        Column("area_cm2", "polygon, cm²", r"polygon [cm$^2$]", 2),
-        Column("q3", "Q3", "$Q_3$", 3),
+        Column("object", "object"),
+        Column("fingers", "fingers", format="d"),
+        Column("k_cm", "k_cm", format="g"),
+        Column("equilateral_error_deg", "equilateral error", "deg", ".2f"),
+        Column("plane_offset_mm", "plane to centroid", "mm", ".2f"),
+        Column("area_cm2", "polygon", "cm²", ".2f"),
+        Column("q3", "Q3", format=".3f"),
     )
     notes = (
         "Equilateral error: the largest deviation of an angle between neighbouring contacts.",
         "Of all local optima the best by the index, unless planner.select is given.",
     )
-    texts = row_tables(rows, columns, _TITLE, notes, _LABEL)
-    for name, text in texts.items():
-        write_atomically(output / name, text)
-    return [output / name for name in texts]
+    return list(write_tables([Table("table", _TITLE, columns, tuple(rows), notes)], output))

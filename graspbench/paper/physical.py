@@ -1,19 +1,16 @@
 """Does the planned grasp hold? Success rates in physics, and what the quality measures foretell of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from graspbench.config.compose import group_options
 from graspbench.paper.paper_result import PaperResult, Say, published
-from graspbench.results.store import (
-    SCHEMA_VERSION,
-    ResultStore,
-    results_frame,
-    to_json,
-    write_atomically,
-)
+from graspbench.results.columns import results_frame
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, ResultStore, write_atomically
+from graspbench.results.trial_result import TrialResult
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 # Grip forces in proportion to the weight make pushes in weights comparable between objects.
@@ -25,7 +22,7 @@ _DEFAULTS = (
     "execution.grip_force_n=0.5",
 )
 _SEEDS = "seed=range(0,5)"
-_FAMILIES = ("folder", "mesh", "random")
+_FAMILIES = ("folder", "mesh", "random", "ycb")
 _OUTCOMES = ("success", "execution.largest_push_weight")
 _TITLE = "Planned grasps in physics: lift, hold and wrist rotation"
 
@@ -53,7 +50,7 @@ def physical(
     store, options = ResultStore(output), SweepOptions(jobs=jobs)
     trials = plan_sweep(_grid(overrides, config_dir), store, options, config_dir)
     for count, result in enumerate(run_sweep(trials, store, options), 1):
-        say(f"{count}/{len(trials)} {result['trial_id']} {result['object']['name']} {result['status']}")
+        say(f"{count}/{len(trials)} {result.trial_id} {result.object.name} {result.status}")
     store.write_table()
     found = [store.result(trial.config.trial_id) for trial in trials]
     results = [result for result in found if result is not None]
@@ -65,7 +62,7 @@ def physical(
     return PaperResult(shown, document, [output / name for name in names])
 
 
-def success_rows(results: Sequence[Mapping[str, Any]]) -> Rows:
+def success_rows(results: Sequence[TrialResult]) -> Rows:
     """Count, for each object and for all, the planned grasps that held, with Wilson's interval.
 
     A trial counts as planned when the local planner found a grasp and the hand could reach it.
@@ -73,20 +70,20 @@ def success_rows(results: Sequence[Mapping[str, Any]]) -> Rows:
     Args:
         results: Results of executed trials.
     """
-    groups: dict[str, list[Mapping[str, Any]]] = {}
+    groups: dict[str, list[TrialResult]] = {}
     for result in results:
-        groups.setdefault(_name(result), []).append(result)
+        groups.setdefault(result.object.name, []).append(result)
     return [_row(name, group) for name, group in [*sorted(groups.items()), ("all", list(results))]]
 
 
-def _row(name: str, results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _row(name: str, results: Sequence[TrialResult]) -> dict[str, Any]:
     from graspbench.report.statistics import wilson_interval  # loads pandas
 
-    executed = [result["execution"] for result in results if result.get("execution") is not None]
-    rate = wilson_interval(sum(bool(execution["success"]) for execution in executed), len(executed))
-    pushes = [x["largest_push_weight"] for x in executed if x["largest_push_weight"] is not None]
-    failed = [str(execution["reason"]) for execution in executed if not execution["success"]]
-    unplanned = [str(result["reason"]) for result in results if result.get("execution") is None]
+    executed = [result.execution for result in results if result.execution is not None]
+    rate = wilson_interval(sum(execution.success for execution in executed), len(executed))
+    pushes = [x.largest_push_weight for x in executed if x.largest_push_weight is not None]
+    failed = [str(execution.reason) for execution in executed if not execution.success]
+    unplanned = [str(result.reason) for result in results if result.execution is None]
     return {
         "object": name,
         "trials": len(results),
@@ -111,35 +108,25 @@ def _grid(overrides: Sequence[str], config_dir: Path | None) -> list[str]:
     return [*grid, *overrides]
 
 
-def _write(rows: Rows, results: Sequence[dict[str, Any]], folder: Path) -> dict[str, Any]:
-    from graspbench.report.groups import correlation_table, frame_markdown  # loads pandas
-    from graspbench.report.row_tables import Column, row_tables
+def _write(rows: Rows, results: Sequence[TrialResult], folder: Path) -> dict[str, Any]:
+    from graspbench.report.correlations import correlation_table  # loads pandas
+    from graspbench.report.tables import Column, Table, write_tables
 
     columns = (
-        Column("object", "object", "object"),
-        Column("planned", "planned", "planned"),
-        Column("held", "held", "held"),
-        Column("rate", "rate", "rate", 2),
-        Column("low", "95 % low", "95 \\% low", 2),
-        Column("high", "95 % high", "95 \\% high", 2),
-        Column("push_weight", "push, weights", "push, weights", 1),
-        Column("reasons", "why not", "why not"),
+        Column("object", "object"),
+        Column("planned", "planned", format="d"),
+        Column("held", "held", format="d"),
+        Column("rate", "rate", format=".2f", interval=("low", "high")),
+        Column("push_weight", "push", "weights", ".1f"),
+        Column("reasons", "why not"),
     )
-    notes = [
-        "planned: the local planner found a grasp that the hand reaches. held: all fingers touched, and the "
-        "object was in the hand after lift, hold and rotation. push: median of the weakest of six directions."
-    ]
-    for name, text in row_tables(rows, columns, _TITLE, notes, "tab:physical").items():
-        write_atomically(folder / name, text)
-    correlations = correlation_table(results_frame(list(results)))
-    correlations = correlations[correlations["outcome"].isin(_OUTCOMES)]
-    title = "Quality against physics: Spearman's rank correlation with 95 % intervals"
-    write_atomically(folder / "correlations.md", frame_markdown(correlations, title))
-    write_atomically(folder / "correlations.csv", correlations.to_csv(index=False, lineterminator="\n"))
-    document = {"rows": rows, "correlations": correlations.to_dict("records")}
+    notes = (
+        "Planned: the local planner found a grasp that the hand reaches. Held: all fingers touched, and the "
+        "object was in the hand after lift, hold and rotation; rate with Wilson's 95 % interval. Push: "
+        "median of the weakest of six directions.",
+    )
+    correlations = correlation_table(results_frame(results), outcomes=_OUTCOMES)
+    write_tables([Table("table", _TITLE, columns, tuple(rows), notes), correlations], folder)
+    document = {"rows": rows, "correlations": list(correlations.records)}
     write_atomically(folder / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
     return document
-
-
-def _name(result: Mapping[str, Any]) -> str:
-    return str(result["object"]["name"])

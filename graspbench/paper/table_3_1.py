@@ -1,6 +1,6 @@
 """Table 3.1 of the thesis: local grasps against the global optimum of each quality measure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +10,28 @@ from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.grasp import Grasp
 from graspbench.hand import GraspChecker, load_hand
 from graspbench.paper.paper_result import PaperResult, Say, published
+from graspbench.planning import centre_gain, centre_option
 from graspbench.reconstruction import Surface
-from graspbench.results.store import SCHEMA_VERSION, ResultStore, to_json, write_atomically
-from graspbench.sweep.grid import PlannedTrial, SweepOptions, plan_sweep, run_sweep
+from graspbench.results.grasp_results import GraspResult
+from graspbench.results.plain import to_json
+from graspbench.results.store import SCHEMA_VERSION, ResultStore, write_atomically
+from graspbench.results.trial_result import TrialResult
+from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
 from graspbench.trial.planned import reconstructed
 
 OBJECTS = {"bottle": 4, "teddy": 3, "cylinder": 3, "easter_egg": 3, "glass": 3, "duck": 3}
 """The thesis' two objects first, each with its number of fingers; then the others it names."""
 
-# The local planner keeps the best by Q1, Q2 and Q3 of many starts; nothing is executed or drawn.
+# The multi-start on the finished surface stands beside the parallel planner; nothing is executed or drawn.
 _DEFAULTS = (
-    "planner.select=quality",
+    "planner.restart=true",
     "search.refine=true",
     "execution=off",
     "record=off",
 )
 _SHOWN = (
-    "object", "k_cm", "measure", "ratio", "thesis", "met", "ratio_refined", "gap", "speedup", "distance_mm",
+    "object", "k_cm", "measure", "ratio", "thesis", "met", "ratio_restarted", "ratio_refined", "gap",
+    "speedup", "distance_mm",
 )  # fmt: skip
 
 Rows = list[dict[str, Any]]
@@ -50,11 +55,11 @@ def table_3_1(
         ConfigurationError: An option cannot be used; nothing is run then.
     """
     store, options = ResultStore(output), SweepOptions(jobs=jobs)
-    trials: list[PlannedTrial] = []
+    trials: list[SweepTrial] = []
     for cell in _cells(overrides, config_dir):
         trials += plan_sweep(cell, store, options, config_dir)
     for count, result in enumerate(run_sweep(trials, store, options), 1):
-        say(f"{count} {result['trial_id']} {result['object']['name']} {result['status']}")
+        say(f"{count} {result.trial_id} {result.object.name} {result.status}")
     store.write_table()
     with published(output) as folder:
         rows, document = _write(trials, store, folder, say)
@@ -67,32 +72,33 @@ def _cells(overrides: Sequence[str], config_dir: Path | None) -> list[list[str]]
     """Return the grid's overrides: the thesis' objects or the one asked for; both k_cm unless one is."""
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
-    field = hasattr(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index, "k_cm")
-    asked = any(override.startswith("index.k_cm") for override in overrides)
-    gains = ["index.k_cm=1,0"] if field and not asked else []
+    option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
+    asked = any(override.startswith(f"index.{option}") for override in overrides)
+    gains = [f"index.{option}=1,0"] if option and not asked else []
     return [[*_DEFAULTS, *chosen, *gains, *overrides] for chosen in objects]
 
 
 def _write(
-    trials: Sequence[PlannedTrial], store: ResultStore, folder: Path, say: Say
+    trials: Sequence[SweepTrial], store: ResultStore, folder: Path, say: Say
 ) -> tuple[Rows, dict[str, Any]]:
     """Write tables, plot, and a picture of every cell that falls short."""
-    from graspbench.report.local_global import comparison_rows, comparison_tables, summary  # loads pandas
+    from graspbench.report.local_global import comparison_rows, local_global_table, summary  # loads pandas
     from graspbench.report.local_global_figures import draw_ratios  # loads Matplotlib
+    from graspbench.report.tables import write_tables
 
     rows: Rows = []
     failed = []
     for trial in trials:
         result = store.result(trial.config.trial_id)
-        if result is None or result["status"] != "done":
-            failed.append(f"{_case(trial.config)}: {result['reason'] if result else 'was not run'}")
+        if result is None or result.status != "done":
+            failed.append(f"{_case(trial.config)}: {result.reason if result else 'was not run'}")
             continue
         found = comparison_rows(result)
         _explain(trial.config, result, found, folder, say)
         rows += found
-    notes = [_settings(trials[0].config), *failed]
-    for name, text in comparison_tables(rows, notes).items():
-        write_atomically(folder / name, text)
+    models = dict.fromkeys(trial.config.quality.describe() for trial in trials)
+    notes = [_settings(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
+    write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:
         draw_ratios(rows, folder / "ratios.png")
@@ -104,18 +110,28 @@ def _write(
 def _settings(config: TrialConfig) -> str:
     planner, search = config.planner, config.search
     return (
-        f"Planner: {planner.planes} planes of {planner.rotations} rotations, the best by {planner.select}. "
+        f"Planner: {planner.planes} planes of {planner.rotations} first grasps, {planner.followers} of them "
+        f"until the surface rests, the best by {planner.select}. {_model(config)}"
         f"Search: at most {search.time_limit_s:g} s a measure; k_cm > 0: centre of grip within "
         f"{1e3 * search.centre_tolerance_m:g} mm of the centroid, or as far as the local grasp's."
     )
 
 
+def _model(config: TrialConfig) -> str:
+    q = config.quality
+    friction = "" if q.contact == "frictionless" else f", friction {q.friction:g}"
+    length = q.torque_length if isinstance(q.torque_length, str) else f"{q.torque_length:g} m"
+    return (
+        f"Contact {q.contact}{friction}, wrenches {q.wrench_space}, torque length {length}, norm {q.norm}. "
+    )
+
+
 def _case(config: TrialConfig) -> str:
-    gain = getattr(config.index, "k_cm", None)
+    gain = centre_gain(config.index_name, config.index)
     return f"{config.object.name}, {config.index_name if gain is None else f'k_cm = {gain:g}'}"
 
 
-def _explain(config: TrialConfig, result: Mapping[str, Any], rows: Rows, folder: Path, say: Say) -> None:
+def _explain(config: TrialConfig, result: TrialResult, rows: Rows, folder: Path, say: Say) -> None:
     """Say why a row falls short, and draw its grasps; None in the others."""
     from graspbench.report.local_global import is_short, reason
     from graspbench.report.local_global_figures import draw_grasps
@@ -134,11 +150,14 @@ def _explain(config: TrialConfig, result: Mapping[str, Any], rows: Rows, folder:
         gain = "" if row["k_cm"] is None else f"_k_cm_{row['k_cm']:g}"
         row["picture"] = f"short_{row['object']}{gain}_{measure}.png"
         grasps = {
-            "local": _grasp(result["local"], surface),
-            "global": _grasp(result["global"][measure], surface),
+            name: _grasp(found, surface)
+            for name, found in (
+                ("local", result.local),
+                ("global", result.global_[measure]),
+                ("refined", result.refined.get(measure)),
+            )
+            if found is not None
         }
-        if measure in result["refined"]:
-            grasps["refined"] = _grasp(result["refined"][measure], surface)
         labels = {f"{name}: {row['measure']} = {row[name]:.3g}": grasp for name, grasp in grasps.items()}
         title = f"{_case(config)}, {row['measure']}: local / global {row['ratio']:.2f}"
         if row["thesis"] is not None:
@@ -146,8 +165,8 @@ def _explain(config: TrialConfig, result: Mapping[str, Any], rows: Rows, folder:
         draw_grasps(surface, labels, folder / row["picture"], title, row["reason"])
 
 
-def _grasp(found: Mapping[str, Any], surface: Surface) -> Grasp:
-    nodes = np.array([contact["vertex"] for contact in found["contacts"]])
+def _grasp(found: GraspResult, surface: Surface) -> Grasp:
+    nodes = np.array([contact.vertex for contact in found.contacts])
     return Grasp(nodes, surface.points[nodes], surface.normals[nodes], surface.centroid, None)
 
 

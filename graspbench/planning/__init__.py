@@ -6,7 +6,7 @@ The names below load on first use, so that reading the configuration does not lo
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from graspbench.planning.index import INDICES, Index, Moves, make_index
+from graspbench.planning.index import INDICES, Index, Moves, centre_gain, centre_option, make_index
 from graspbench.planning.parameters import (
     BarrierParameters,
     PathParameters,
@@ -17,7 +17,7 @@ from graspbench.planning.parameters import (
 if TYPE_CHECKING:
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
-    from graspbench.planning.local import LocalPlan, plan_local
+    from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
     from graspbench.planning.refinement import RefinedGrasp, refine
     from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
@@ -37,11 +37,14 @@ __all__ = [
     "RefineParameters",
     "RefinedGrasp",
     "SearchParameters",
+    "centre_gain",
+    "centre_option",
     "fingertip_paths",
     "grip_geometry",
     "make_index",
     "plan_global",
     "plan_local",
+    "plan_restarted",
     "refine",
     "track",
 ]
@@ -58,6 +61,7 @@ _HOMES = {
     "grip_geometry": "grip_plane",
     "plan_global": "global_search",
     "plan_local": "local",
+    "plan_restarted": "local",
     "refine": "refinement",
     "track": "tracking",
 }

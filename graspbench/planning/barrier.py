@@ -26,7 +26,7 @@ from graspbench.reconstruction.surface import Surface
 REACH_TOLERANCE_M = 1e-5
 """A tip further than this from its target does not reach it."""
 
-LARGEST = 10.0
+MAX_REPULSION = 10.0
 """Where a term is cut off, in strengths: what a point beyond the margin, or out of reach, repels with."""
 
 _CENTRING = 0.02
@@ -237,7 +237,7 @@ def _evaluate(
                 solved[j] = joints[f, j]
             error = finger_ik(chains, f, target, solved, frames[f], jacobian, _CENTRING)
             if error > REACH_TOLERANCE_M:
-                terms[0, i, c] = LARGEST * strength
+                terms[0, i, c] = MAX_REPULSION * strength
                 continue
             place_shapes(shapes, f, frames[f], poses)
             clearance = hand_clearance(shapes, poses, f, ranges[2, 1])
@@ -248,7 +248,7 @@ def _evaluate(
             reachable[i, c] = margin > ranges[0, 0] and singular > ranges[1, 0] and clearance > ranges[2, 0]
             for term, value in enumerate((margin, singular, clearance)):
                 grown = hyperbolic_barrier(value, ranges[term, 0], ranges[term, 1], strength)
-                terms[term, i, c] = min(grown, LARGEST * strength)
+                terms[term, i, c] = min(grown, MAX_REPULSION * strength)
         forward(chains, f, joints[f], frames[f], tips[f])
         place_shapes(shapes, f, frames[f], poses)
     return evaluated

@@ -2,17 +2,18 @@
 
 An index looks at the surface, the vertices that the fingers touch and the moves that the hand allows,
 and proposes the next vertices, or says that none is better. The planner asks again and again until
-the index has nothing to propose: that is a local optimum. Nothing else is asked of an index, so any
+the index has nothing to propose: that is a local optimum. `Index` is all that is asked of an index, so any
 grasp quality that can be read off a discretised surface can guide the fingers; the module
-`graspbench.planning.indices.quality_ascent` is the shortest complete example.
+`graspbench.planning.indices.quality_ascent` is the shortest complete example. What an index may offer
+beyond that stands in `CentringIndex` and `ClimbingIndex`.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.registry import Registry
 
 if TYPE_CHECKING:
@@ -62,6 +63,39 @@ class Index(Protocol):
         ...
 
 
+class CentringIndex(Index, Protocol):
+    """An index that can pull the centre of grip to the centroid, as the thesis' with k_cm > 0.
+
+    Where it does, whatever is compared with its grasps is held to the same: the global search leaves out
+    grasps whose centre of grip is far from the centroid (thesis 3.6).
+    """
+
+    centre_option: ClassVar[str]
+    """Which of its parameters is the gain of that pull; 0 switches it off."""
+
+
+@runtime_checkable
+class ClimbingIndex(Index, Protocol):
+    """An index that climbs by itself where no hand holds the fingers back, faster than move by move."""
+
+    def climb(
+        self, surface: "Surface", vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
+    ) -> IntArray:
+        """Follow its own proposals to a local optimum.
+
+        Args:
+            surface: Any snapshot.
+            vertices: Where to start, shape (n_f,).
+            allowed: Nodes that contacts may move to, shape (n_s,).
+            thorough: Whether to look as closely as on a surface at rest.
+            max_moves: Moves after which to stop.
+
+        Returns:
+            The configurations on the way, first to last, shape (moves + 1, n_f).
+        """
+        ...
+
+
 INDICES: Registry[Any] = Registry("index", "graspbench.planning.indices")
 """All indices by name; other distributions add theirs by the entry point group ``graspbench.index``."""
 
@@ -80,6 +114,33 @@ def make_index(name: str, parameters: Any, n_f: int, quality: "QualityParameters
     """
     index: Index = INDICES[name](parameters, n_f, quality)
     return index
+
+
+def centre_option(name: str) -> str | None:
+    """Return which parameter of an index pulls to the centroid; None when it is no `CentringIndex`.
+
+    Args:
+        name: Its registered name.
+
+    Raises:
+        ConfigurationError: No such index.
+    """
+    option: str | None = getattr(INDICES[name], "centre_option", None)
+    return option
+
+
+def centre_gain(name: str, parameters: Any) -> float | None:
+    """Return an index's gain to the centroid; None when it is no `CentringIndex`.
+
+    Args:
+        name: Its registered name.
+        parameters: An instance of its ``parameters`` dataclass.
+
+    Raises:
+        ConfigurationError: No such index.
+    """
+    option = centre_option(name)
+    return None if option is None else float(getattr(parameters, option))
 
 
 def free_moves(surface: "Surface", vertices: IntArray) -> Moves:

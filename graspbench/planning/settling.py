@@ -1,56 +1,19 @@
 """One grasp that the planner moves over the surface until no finger wants to move."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.hand.model import HandModel
+from graspbench.arrays import IntArray
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import MoveFinder
+from graspbench.planning.constraint import Placer
 from graspbench.planning.index import Index, Moves
 from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
-MOST_REFUSED = 8
+MAX_REFUSED = 8
 """Configurations refused by the hand on one walk after which it ends: a search in vain costs most."""
-
-
-class Placer(Protocol):
-    """The part of a grasp checker that the planner moves with."""
-
-    def place(
-        self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
-    ) -> HandPosture | None:
-        """Return a feasible posture with the fingertips on the contacts, or None."""
-        ...
-
-    def reason(self, points: FloatArray, normals: FloatArray) -> str:
-        """Say why there is no feasible posture."""
-        ...
-
-
-class Checker(Placer, Protocol):
-    """The part of a grasp checker that the local planner needs."""
-
-    @property
-    def hand(self) -> HandModel:
-        """The hand."""
-        ...
-
-    @property
-    def ground_height_m(self) -> float | None:
-        """Height of the ground."""
-        ...
-
-    def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
-        """Tell which contacts a fingertip can touch at all."""
-        ...
-
-    def set_object(self, points: FloatArray | None, faces: IntArray | None = None) -> None:
-        """Set the surface that palm and links must keep clear of."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -73,7 +36,7 @@ class Settler:
 
 
 @dataclass
-class Track:
+class Follower:
     """A grasp on its way, with what it took.
 
     Attributes:
@@ -83,6 +46,8 @@ class Track:
         moves: Number of moves.
         evaluations: Number of proposals asked from the index.
         cycles: Number of times that the index wanted back to a configuration it had left.
+        followed: Where the fingers were before the last surface, shape (n_f,); None before the second one.
+        rough: Where they were on the surface at rest before they were polished; None if they were not.
     """
 
     vertices: IntArray
@@ -91,9 +56,18 @@ class Track:
     moves: int = 0
     evaluations: int = 0
     cycles: int = 0
+    followed: IntArray | None = None
+    rough: IntArray | None = None
 
 
-def settle(track: Track, surface: Surface, settler: Settler) -> bool:
+def arrive(follower: Follower, surface: Surface) -> None:
+    """Bring a grasp onto a surface; it moves on to other nodes only where the network is another."""
+    if follower.via and follower.via[-1][0].network is not surface.network:
+        follower.vertices = carry_over(follower.vertices, follower.via[-1][0], surface)
+        follower.via.append((surface, follower.vertices))
+
+
+def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:
     """Move a grasp on one surface until the index finds no better move that the hand can follow.
 
     The wrist follows every few moves; in between, the barrier tells what the fingers reach with the palm
@@ -101,46 +75,45 @@ def settle(track: Track, surface: Surface, settler: Settler) -> bool:
     checked move at a time. On a surface that is not at rest yet an infeasible grasp is passed on as it is.
 
     Args:
-        track: Changed in place.
+        follower: Changed in place.
         surface: The surface now.
         settler: Index and hand.
 
     Returns:
         Whether the grasp now is feasible for the hand (always True without a hand).
     """
-    if track.via:
-        track.vertices = carry_over(track.vertices, track.via[-1][0], surface)
-    walk = _Walk(track, surface, settler)
+    arrive(follower, surface)
+    walk = _Walk(follower, surface, settler)
     walk.run()
-    return settler.placer is None or track.posture is not None
+    return settler.placer is None or follower.posture is not None
 
 
 class _Walk:
     """The moves on one surface."""
 
-    def __init__(self, track: Track, surface: Surface, settler: Settler) -> None:
-        self.track = track
+    def __init__(self, follower: Follower, surface: Surface, settler: Settler) -> None:
+        self.follower = follower
         self.surface = surface
         self.settler = settler
-        self.path: list[IntArray] = [track.vertices]
-        self.visited = {tuple(track.vertices.tolist())}
+        self.path: list[IntArray] = [follower.vertices]
+        self.visited = {tuple(follower.vertices.tolist())}
         self.banned: set[tuple[int, int]] = set()
         self.careful = False
         self.placed_at = 0
         self.refused = 0
 
     def run(self) -> None:
-        track, settler = self.track, self.settler
-        track.via.append((self.surface, track.vertices))
-        track.posture = self._place(track.vertices)
+        follower, settler = self.follower, self.settler
+        follower.via.append((self.surface, follower.vertices))
+        follower.posture = self._place(follower.vertices)
         for _ in range(settler.max_moves):
-            if self.refused >= MOST_REFUSED:
+            if self.refused >= MAX_REFUSED:
                 break
-            moves = settler.finder.moves(self.surface, track.vertices, track.posture)
-            proposed = settler.index.propose(self.surface, track.vertices, self._without_banned(moves))
-            track.evaluations += 1
+            moves = settler.finder.moves(self.surface, follower.vertices, follower.posture)
+            proposed = settler.index.propose(self.surface, follower.vertices, self._without_banned(moves))
+            follower.evaluations += 1
             cycle = proposed is not None and tuple(proposed.tolist()) in self.visited
-            track.cycles += cycle
+            follower.cycles += cycle
             if proposed is None or cycle:
                 if self._is_placed() or not self._follow() or cycle:
                     break
@@ -154,9 +127,9 @@ class _Walk:
             self._follow()
 
     def _move(self, vertices: IntArray) -> None:
-        self.track.vertices = vertices
-        self.track.moves += 1
-        self.track.via.append((self.surface, vertices))
+        self.follower.vertices = vertices
+        self.follower.moves += 1
+        self.follower.via.append((self.surface, vertices))
         self.path.append(vertices)
         self.visited.add(tuple(vertices.tolist()))
         self.banned.clear()
@@ -165,43 +138,43 @@ class _Walk:
         """Move only where the whole hand can follow; else take these moves out."""
         posture = self._place(vertices)
         if posture is None:
-            changed = np.flatnonzero(vertices != self.track.vertices)
+            changed = np.flatnonzero(vertices != self.follower.vertices)
             self.banned.update((int(i), int(vertices[i])) for i in changed)
             return
         self._move(vertices)
-        self.track.posture = posture
+        self.follower.posture = posture
         self.placed_at = len(self.path) - 1
 
     def _follow(self) -> bool:
         """Let the wrist follow the fingers; False when the walk should end."""
-        posture = self._place(self.track.vertices)
+        posture = self._place(self.follower.vertices)
         if posture is not None:
-            self.track.posture = posture
+            self.follower.posture = posture
             self.placed_at = len(self.path) - 1
             return True
         if not self.surface.at_rest:
-            self.track.posture = None
+            self.follower.posture = None
             self.placed_at = len(self.path) - 1
             return False
         return self._go_back()
 
     def _go_back(self) -> bool:
         """Return to the last configuration that the hand can take; False when there is none."""
-        track = self.track
+        follower = self.follower
         for step in range(len(self.path) - 2, -1, -1):
-            known = step == self.placed_at and track.posture is not None
-            if not known and self.refused >= MOST_REFUSED:
+            known = step == self.placed_at and follower.posture is not None
+            if not known and self.refused >= MAX_REFUSED:
                 continue
-            posture = track.posture if known else self._place(self.path[step])
+            posture = follower.posture if known else self._place(self.path[step])
             if posture is not None:
-                track.vertices, track.posture = self.path[step], posture
-                track.via.append((self.surface, track.vertices))
+                follower.vertices, follower.posture = self.path[step], posture
+                follower.via.append((self.surface, follower.vertices))
                 del self.path[step + 1 :]
                 self.visited = {tuple(v.tolist()) for v in self.path}
                 self.placed_at = step
                 self.careful = True
                 return True
-        track.posture = None
+        follower.posture = None
         self.placed_at = len(self.path) - 1
         return False
 
@@ -209,13 +182,14 @@ class _Walk:
         if self.settler.placer is None:
             return None
         points, normals = self.surface.points[vertices], self.surface.normals[vertices]
-        posture = self.settler.placer.place(points, normals, start=self.track.posture)
+        posture = self.settler.placer.place(points, normals, start=self.follower.posture)
         self.refused += posture is None
         return posture
 
     def _is_placed(self) -> bool:
         return self.settler.placer is None or (
-            self.placed_at == len(self.path) - 1 and (self.track.posture is not None or len(self.path) == 1)
+            self.placed_at == len(self.path) - 1
+            and (self.follower.posture is not None or len(self.path) == 1)
         )
 
     def _without_banned(self, moves: Moves) -> Moves:

@@ -5,7 +5,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 
 _WINDOW_S = 0.04
-_LARGEST_SLOWDOWN = 4.0
+_MAX_SLOWDOWN = 4.0
 
 
 def minimum_jerk(share: FloatArray) -> FloatArray:
@@ -45,7 +45,7 @@ def smooth_durations(slower: FloatArray, step_s: float) -> FloatArray:
     motion passes there slowly.
     """
     half = max(1, round(_WINDOW_S / step_s))
-    wanted = np.minimum(1.02 * slower, _LARGEST_SLOWDOWN)
+    wanted = np.minimum(1.02 * slower, _MAX_SLOWDOWN)
     wanted[slower <= 1.0] = 1.0
     # As many means as maxima over the same window: nowhere less than the values themselves.
     for reduce in (np.max, np.max, np.mean, np.mean):

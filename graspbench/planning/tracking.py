@@ -27,7 +27,7 @@ _FADE_S = 0.3
 _DAMPING = 1e-8
 _CREEP = 20.0  # largest speed towards a joint limit per distance to it, 1/s
 _ATTEMPTS, _LOCAL_ATTEMPTS = 24, 16
-_LONGEST_S = 10.0
+_MAX_EXTRA_S = 10.0
 _TRACKING_TOLERANCE_M = 5e-4
 
 
@@ -111,7 +111,7 @@ def _timed(
         Joints, shape (t, n_q), tip errors, shape (t, n_f), and where the last approach begins.
     """
     step, limits = parameters.time_step_s, parameters.velocity_share * hand.velocity_limits
-    longest = 5.0 * step * targets.shape[1] + _LONGEST_S
+    longest = 5.0 * step * targets.shape[1] + _MAX_EXTRA_S
     for attempt in range(_ATTEMPTS):
         joints, errors = _follow(hand, posture, targets, start, step, parameters.tracking_gain)
         slower = slowdown(joints, step, limits, parameters.acceleration_limit_rad_s2)

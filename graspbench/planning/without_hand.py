@@ -17,7 +17,7 @@ from graspbench.planning.barrier import FreeMoves
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.parameters import PlannerParameters
-from graspbench.planning.settling import Settler, Track, settle
+from graspbench.planning.settling import Follower, Settler, settle
 from graspbench.reconstruction.surface import Surface
 
 
@@ -79,11 +79,11 @@ def _follow(
     surfaces: Sequence[Surface], index: Index, start: InitialGrasp, planner: PlannerParameters
 ) -> list[Grasp]:
     """Move one grasp on every surface after the first until no finger wants to move."""
-    track = Track(start.vertices, via=[(surfaces[0], start.vertices)])
+    follower = Follower(start.vertices, via=[(surfaces[0], start.vertices)])
     settler = Settler(index, FreeMoves(), None, planner.max_moves, planner.wrist_moves)
     for surface in surfaces[1:]:
-        settle(track, surface, settler)
-    return [_grasp(surface, vertices) for surface, vertices in track.via]
+        settle(follower, surface, settler)
+    return [_grasp(surface, vertices) for surface, vertices in follower.via]
 
 
 def _grasp(surface: Surface, vertices: IntArray) -> Grasp:

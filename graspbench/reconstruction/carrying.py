@@ -1,6 +1,7 @@
-"""Contacts carried from one snapshot to the next, whose network may be another."""
+"""From one snapshot to the next, whose network may be another."""
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from graspbench.arrays import IntArray
 from graspbench.reconstruction.surface import Surface
@@ -31,3 +32,13 @@ def carry_over(vertices: IntArray, before: Surface, now: Surface) -> IntArray:
         carried[i] = np.argmin(costs[i])
         costs[i + 1 :, carried[i]] = np.inf
     return carried
+
+
+def mean_distance(before: Surface, now: Surface) -> float:
+    """Return how far a snapshot's nodes are on average from where they are on another one (m).
+
+    Between different networks it is the distance to the other one's nearest nodes.
+    """
+    if before.network is now.network:
+        return float(np.linalg.norm(now.points - before.points, axis=1).mean())
+    return float(np.mean(KDTree(now.points).query(before.points)[0]))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from scipy.spatial import KDTree
 
 from graspbench.arrays import FloatArray, ImageArray
+from graspbench.reconstruction.carrying import mean_distance
 from graspbench.report import style
 from graspbench.report.render import Viewpoint, render
 from graspbench.report.solids import Solid, ball, surface_solid, tube
@@ -87,17 +87,10 @@ def pick_moments(surfaces: Sequence[Surface], count: int = 4) -> tuple[Surface, 
     if len(surfaces) <= count:
         return tuple(surfaces)
     last = surfaces[-1]
-    left = np.array([_way_left(surface, last) for surface in surfaces])
+    left = np.array([mean_distance(surface, last) for surface in surfaces])
     wanted = left[0] * np.linspace(1.0, 0.0, count)
     chosen = [0, *(int(np.argmin(np.abs(left[1:-1] - w))) + 1 for w in wanted[1:-1]), len(surfaces) - 1]
     return tuple(surfaces[k] for k in sorted(set(chosen)))
-
-
-def _way_left(surface: Surface, last: Surface) -> float:
-    """Return the mean distance of a snapshot's nodes from where they end, or from the last surface (m)."""
-    if surface.network is last.network:
-        return float(np.linalg.norm(surface.points - last.points, axis=1).mean())
-    return float(np.mean(KDTree(last.points).query(surface.points)[0]))
 
 
 def draw_grasp(

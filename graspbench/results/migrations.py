@@ -7,11 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from graspbench.errors import LogError
 
 Result = dict[str, Any]
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
+_CONFIG_FILE = "config.yaml"
 
 
 def migrate(result: Any, path: Path) -> Result:
@@ -19,7 +22,7 @@ def migrate(result: Any, path: Path) -> Result:
 
     Args:
         result: What ``result.json`` holds.
-        path: The file, for messages.
+        path: The file, for messages and for the configuration beside it.
 
     Raises:
         LogError: It is no result, or one of a newer version.
@@ -32,15 +35,56 @@ def migrate(result: Any, path: Path) -> Result:
             path=path,
         )
     while result["schema"] != SCHEMA_VERSION:
-        result = _STEPS[result["schema"]](result)
+        result = _STEPS[result["schema"]](result, path)
     return dict(result)
 
 
-def _from_1(result: Result) -> Result:
+def _from_1(result: Result, _path: Path) -> Result:
     """Version 2 says what kind of trial it was, and when and where it started."""
-    provenance = {"host": None, "started": None, "seconds": None, **result.get("provenance", {})}
+    provenance = {"host": None, "started": None, "seconds": None, **(result.get("provenance") or {})}
     kind = "manipulation" if "motion" in result else "trial"
     return {**result, "schema": 2, "kind": result.get("kind", kind), "provenance": provenance}
 
 
-_STEPS: dict[int, Callable[[Result], Result]] = {1: _from_1}
+def _from_2(result: Result, path: Path) -> Result:
+    """Version 3 holds the configuration, and calls a success only what was executed."""
+    config = _config_beside(path)
+    for key in ("stations", "motion"):
+        if isinstance(result.get(key), dict):
+            config.setdefault(key, result[key])
+    more: Result = {"schema": 3, "config": config, "choice": {}, "overridden": []}
+    if result.get("kind") == "manipulation":
+        config.setdefault("contact", {"kind": result.get("contact")})
+        config.setdefault("clik", {"method": result.get("method")})
+    elif result.get("execution") is None and result.get("status") == "done":
+        more["success"] = None
+    if isinstance(result.get("global"), dict):
+        more["global"] = _up_to_solver(result["global"])
+    return {**result, **more}
+
+
+def _up_to_solver(optima: Result) -> Result:
+    """Before version 3 what the posture solver refused counted as excluded: the bounds were up to it."""
+    return {
+        measure: {
+            **found,
+            "upper_bound": None,
+            "gap": None,
+            "optimal": False,
+            "upper_bound_up_to_solver": found.get("upper_bound"),
+            "optimal_up_to_solver": found.get("optimal", False),
+            "doubtful": None,
+        }
+        for measure, found in optima.items()
+    }
+
+
+def _config_beside(path: Path) -> Result:
+    try:
+        content = yaml.safe_load((path.parent / _CONFIG_FILE).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+_STEPS: dict[int, Callable[[Result, Path], Result]] = {1: _from_1, 2: _from_2}

@@ -1,5 +1,6 @@
 """Where a result comes from: code, libraries, machine, time."""
 
+import dataclasses
 import os
 import platform
 import subprocess
@@ -10,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import graspbench
+from graspbench.results.trial_result import ProvenanceResult
 
 _LIBRARIES = (
     "numpy",
@@ -25,20 +27,20 @@ _LIBRARIES = (
 )
 
 
-def provenance(started: float | None = None) -> dict[str, object]:
+def provenance(started: float | None = None) -> ProvenanceResult:
     """Return the provenance that every result carries.
 
     Args:
         started: When the trial was begun, seconds since the epoch; None if that is not known.
     """
     now = time.time()
-    return {
-        **_fixed_provenance(),
-        "started": None if started is None else _stamp(started),
-        "finished": _stamp(now),
-        "seconds": None if started is None else now - started,
-        "process": os.getpid(),
-    }
+    return dataclasses.replace(
+        _fixed_provenance(),
+        started=None if started is None else _stamp(started),
+        finished=_stamp(now),
+        seconds=None if started is None else now - started,
+        process=os.getpid(),
+    )
 
 
 def _stamp(seconds: float) -> str:
@@ -46,17 +48,17 @@ def _stamp(seconds: float) -> str:
 
 
 @lru_cache(maxsize=1)
-def _fixed_provenance() -> dict[str, object]:
-    return {
-        "graspbench": _version("graspbench"),
-        "git": _git_state(),
-        "python": platform.python_version(),
-        "libraries": {name: _version(name) for name in _LIBRARIES},
-        "host": platform.node(),
-        "platform": platform.platform(),
-        "cpu": _cpu_name(),
-        "cores": os.cpu_count(),
-    }
+def _fixed_provenance() -> ProvenanceResult:
+    return ProvenanceResult(
+        graspbench=_version("graspbench"),
+        git=_git_state(),
+        python=platform.python_version(),
+        libraries={name: _version(name) for name in _LIBRARIES},
+        host=platform.node(),
+        platform=platform.platform(),
+        cpu=_cpu_name(),
+        cores=os.cpu_count(),
+    )
 
 
 def _version(distribution: str) -> str | None:

@@ -7,30 +7,27 @@ one step. A process that is killed leaves at most a ``.partial`` folder, or the 
 """
 
 import fcntl
-import io
 import json
-import math
 import os
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from graspbench.errors import LogError
+from graspbench.errors import LogError, OutputError
+from graspbench.results.columns import parquet_bytes, results_frame
 from graspbench.results.migrations import SCHEMA_VERSION, migrate
-
-if TYPE_CHECKING:
-    import pandas as pd
+from graspbench.results.plain import result_from_plain
+from graspbench.results.trial_result import TrialResult
 
 __all__ = [
     "RESULT_FILE",
     "SCHEMA_VERSION",
+    "LoadedResults",
     "ResultStore",
     "load_results",
     "read_result",
-    "results_frame",
-    "to_json",
     "write_atomically",
 ]
 
@@ -55,10 +52,13 @@ class ResultStore:
         old = _old(final)
         return old if old.exists() and not final.exists() else final
 
-    def result(self, trial_id: str) -> dict[str, Any] | None:
-        """Return a finished trial's result, or None when there is none."""
+    def result(self, trial_id: str) -> TrialResult | None:
+        """Return a finished trial's result, or None when there is none.
+
+        One whose file cannot be read has the status "unreadable", and the reason.
+        """
         path = self.folder(trial_id) / RESULT_FILE
-        return read_result(path) if path.is_file() else None
+        return _readable(path, trial_id) if path.is_file() else None
 
     def version(self, trial_id: str) -> int | None:
         """Return a number that changes when a trial's result is written anew; None when there is none."""
@@ -74,8 +74,10 @@ class ResultStore:
         Two sweeps in one folder, also on two machines that share it, so never run a trial at the same
         time. A claim is a lock on one byte of one file: it ends with the process, however that ends.
         """
-        self.root.mkdir(parents=True, exist_ok=True)
-        with (self.root / _CLAIMS_FILE).open("ab") as stream:
+        with writable(self.root):
+            self.root.mkdir(parents=True, exist_ok=True)
+            stream = (self.root / _CLAIMS_FILE).open("ab")
+        with stream:
             try:
                 fcntl.lockf(stream, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(trial_id, 16))
             except OSError:
@@ -87,14 +89,17 @@ class ResultStore:
     def writing(self, trial_id: str) -> Iterator[Path]:
         """Give a folder to write a trial into; it gets its final name on a clean exit, else it goes."""
         partial = self.root / f".{trial_id}.{os.getpid()}.partial"
+        made = [folder for folder in (self.root, *self.root.parents) if not folder.exists()]
         shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
+        with writable(self.root):
+            partial.mkdir(parents=True)
         try:
             yield partial
         except BaseException:
-            self._discard(partial)
+            _discard(partial, made)
             raise
-        self._publish(partial, self.root / trial_id)
+        with writable(self.root):
+            self._publish(partial, self.root / trial_id)
         for left in self.remains(trial_id):
             shutil.rmtree(left, ignore_errors=True)
 
@@ -102,7 +107,7 @@ class ResultStore:
         """Return the folders of a trial that processes left behind when they were killed."""
         return sorted(self.root.glob(f".{trial_id}.*.partial"))
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[TrialResult]:
         """Return every finished trial's result, ordered by trial id."""
         ids = {path.parent.name for path in self.root.glob(f"[!.]*/{RESULT_FILE}")}
         ids |= {path.parent.name[1:-4] for path in self.root.glob(f".*.old/{RESULT_FILE}")}
@@ -128,11 +133,30 @@ class ResultStore:
             shutil.rmtree(partial)  # another process has just finished the same trial
         shutil.rmtree(old, ignore_errors=True)
 
-    def _discard(self, partial: Path) -> None:
-        shutil.rmtree(partial, ignore_errors=True)
-        for folder in (self.root, self.root.parent):
-            if folder.is_dir() and not any(folder.iterdir()):
-                folder.rmdir()
+
+def _discard(partial: Path, made: list[Path]) -> None:
+    """Remove what a trial that failed has written, and the folders that were made for it."""
+    shutil.rmtree(partial, ignore_errors=True)
+    for folder in made:
+        with suppress(OSError):  # somebody else has written there meanwhile
+            folder.rmdir()
+
+
+@contextmanager
+def writable(path: Path) -> Iterator[None]:
+    """Turn what the system says when a place cannot be written into one sentence.
+
+    Raises:
+        OutputError: It cannot.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(
+            f"nothing can be written to {path} ({error.strerror or error})",
+            remedy="choose another place with --output, or make room there",
+            path=path,
+        ) from error
 
 
 def _old(final: Path) -> Path:
@@ -140,99 +164,86 @@ def _old(final: Path) -> Path:
     return final.with_name(f".{final.name}.old")
 
 
-def read_result(path: Path) -> dict[str, Any]:
+def read_result(path: Path) -> TrialResult:
     """Read a ``result.json`` of this version or an older one.
 
     Raises:
         LogError: The file cannot be read, or is of a newer schema than this version knows.
     """
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        values = json.loads(path.read_text(encoding="utf-8"))
+        return result_from_plain(migrate(values, path))
+    except (OSError, ValueError, RecursionError, TypeError, AttributeError) as error:
+        reason = str(error) or type(error).__name__
         raise LogError(
-            f"the result {path} cannot be read ({error})", remedy="run its trial again", path=path
+            f"the result {path} cannot be read ({reason})", remedy="run its trial again", path=path
         ) from error
-    return migrate(result, path)
 
 
-def load_results(folders: list[Path]) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class LoadedResults:
+    """Trials that were read from results folders.
+
+    Attributes:
+        results: The trials.
+        folders: Each one's folder, by trial id.
+    """
+
+    results: tuple[TrialResult, ...]
+    folders: dict[str, str]
+
+
+def load_results(folders: list[Path]) -> LoadedResults:
     """Read all trials below some results folders, each trial once (the first folder wins).
+
+    A trial whose file cannot be read is there with the status "unreadable".
 
     Raises:
         LogError: A folder does not exist or holds no trial.
     """
-    merged: dict[str, dict[str, Any]] = {}
+    merged: dict[str, TrialResult] = {}
+    places: dict[str, str] = {}
     for folder in folders:
         if not folder.is_dir():
             raise LogError(f"there is no results folder {folder}", remedy="give one that 'sweep' wrote")
-        found = sorted(path for path in folder.rglob(RESULT_FILE) if not path.parent.name.startswith("."))
+        found = sorted(path for path in folder.rglob(RESULT_FILE) if _is_trial(path))
         if not found:
             raise LogError(f"{folder} holds no finished trial", remedy="run 'graspbench sweep' first")
         for path in found:
-            result = read_result(path)
-            merged.setdefault(result["trial_id"], {**result, "folder": str(path.parent)})
-    return list(merged.values())
+            result = _readable(path, path.parent.name)
+            if result.trial_id not in merged:
+                merged[result.trial_id] = result
+                places[result.trial_id] = str(path.parent)
+    return LoadedResults(tuple(merged.values()), places)
 
 
-def results_frame(results: list[dict[str, Any]]) -> "pd.DataFrame":
-    """Turn results into one row a trial with dotted column names; arrays are left to the files."""
-    import pandas as pd  # only tables need it, and it is slow to load
-
-    rows = [_columns(result) for result in results]
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    return pd.DataFrame(rows, columns=columns)
+def _is_trial(path: Path) -> bool:
+    """Tell a trial's result from the document of a whole experiment, which has the same name."""
+    return not path.parent.name.startswith(".") and (path.parent / "config.yaml").is_file()
 
 
-def parquet_bytes(frame: "pd.DataFrame") -> bytes:
-    """Return a table of trials as a Parquet file: columns keep their types, missing values are null."""
-    typed = frame.convert_dtypes()
-    for name in typed.select_dtypes(object):  # values of several kinds
-        typed[name] = typed[name].map(str, na_action="ignore").astype("string")
-    buffer = io.BytesIO()
-    typed.to_parquet(buffer, index=False)
-    return buffer.getvalue()
+def _readable(path: Path, trial_id: str) -> TrialResult:
+    try:
+        return read_result(path)
+    except LogError as error:
+        return TrialResult(trial_id=trial_id, status="unreadable", reason=str(error))
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file so that readers see the old content or the new, never a part."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a file so that readers see the old content or the new, never a part.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    with temporary.open("wb") as stream:
-        stream.write(content.encode() if isinstance(content, str) else content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(temporary, path)
-
-
-def to_json(value: Any) -> str:
-    """Write strict JSON: numbers that are not finite become null."""
-    return json.dumps(_finite(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return _finite(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Path):
-        return str(value)
-    return value
-
-
-def _columns(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a result that are no arrays by their dotted names, in the result's order."""
-    row: dict[str, Any] = {}
-    _fill_columns(row, tree, "")
-    return row
-
-
-def _fill_columns(row: dict[str, Any], tree: Mapping[str, Any], prefix: str) -> None:
-    for key, value in tree.items():
-        if isinstance(value, dict):  # JSON knows no other mapping, and asking for any is slow
-            _fill_columns(row, value, f"{prefix}{key}.")
-        elif not isinstance(value, list):
-            row[prefix + key] = value
+    with writable(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with temporary.open("wb") as stream:
+                stream.write(content.encode() if isinstance(content, str) else content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise

@@ -1,124 +1,157 @@
-"""From the stages' dataclasses to the plain values of ``result.json``."""
+"""The result of a trial, typed to its leaves: what ``result.json`` holds and every table is made of.
 
-import dataclasses
+JSON, columns, their dictionary and the migration of older files all derive from these dataclasses; a new
+field is written here once.
+"""
+
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
-import trimesh
+from graspbench.results.about import About, Number, Part
+from graspbench.results.grasp_results import (
+    GlobalGraspResult,
+    LocalResult,
+    RefinedGraspResult,
+    RestartedResult,
+)
+from graspbench.results.physical_results import ExecutedResult, ManipulationSummary, PlayedResult
 
-from graspbench.geometry.distance import distances_to_mesh
-from graspbench.grasp import Grasp, QualityParameters
-from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp
-from graspbench.reconstruction import Surface
-from graspbench.simulation.execution import ExecutionResult
+Status = Literal["done", "failed", "timeout", "crashed", "unreadable"]
+Kind = Literal["trial", "manipulation"]
 
-if TYPE_CHECKING:
-    from graspbench.trial.planned import PlannedTrial
-
-
-def local_result(plan: LocalPlan) -> dict[str, Any]:
-    """Return the local planner's grasp and how it was found."""
-    left_out = {"grasp", "history", "quality", "initial"}
-    counts = {
-        field.name: getattr(plan, field.name)
-        for field in dataclasses.fields(plan)
-        if field.name not in left_out
-    }
-    return {**_grasp(plan.grasp), **plan.quality._asdict(), **counts}
+_NOT_EXECUTED = "nothing was executed, or it was not asked for"
+_NOT_PLANNED = "the trial came to no grasp"
+_NOT_SIMULATED = "the images came from files, or the trial did not come so far"
 
 
-def verified_result(trial: "PlannedTrial") -> dict[str, Any]:
-    """Return whether the local grasp's posture stands before an independent check, and what is wrong if not.
+@dataclass(frozen=True)
+class ObjectResult(Part):
+    """The object."""
 
-    The check is `GraspChecker.verify`: fingertips, joint limits, singular values, and collisions of the
-    whole collision shapes with the hand itself, the ground and the reconstructed surface.
-    """
-    grasp, last = trial.plan.grasp, trial.surfaces[-1]
-    if grasp.posture is None:
-        return {}
-    body = trimesh.Trimesh(last.points, last.network.faces, process=False)
-    violations = trial.checker.verify(grasp.posture, grasp.points, grasp.normals, body)
-    return {"verified": not violations, "violations": list(violations)}
+    name: Annotated[str, About("What the object is called")]
+    mass_kg: Annotated[Number | None, About("Its mass", empty=_NOT_SIMULATED)] = None
+    extents_m: Annotated[tuple[Number, ...] | None, About("Its size", empty=_NOT_SIMULATED)] = None
 
 
-def global_result(found: GlobalResult) -> dict[str, Any]:
-    """Return the global optimum of one measure and its certificate."""
-    values = {
-        field.name: getattr(found, field.name) for field in dataclasses.fields(found) if field.name != "grasp"
-    }
-    return {**values, **(_grasp(found.grasp) if found.grasp is not None else {})}
+@dataclass(frozen=True)
+class HandResult(Part):
+    """The hand."""
+
+    name: Annotated[str, About("What the hand is called")]
+    fingers: Annotated[int, About("Fingers used")]
 
 
-def refined_result(found: RefinedGrasp) -> dict[str, Any]:
-    """Return the grasp to which one measure was climbed from the local one, and how it was found."""
-    left_out = {"grasp", "measure"}
-    values = {
-        field.name: getattr(found, field.name)
-        for field in dataclasses.fields(found)
-        if field.name not in left_out
-    }
-    return {**values, **_grasp(found.grasp)}
+@dataclass(frozen=True)
+class ReconstructionResult(Part):
+    """How far the surface came."""
+
+    nodes: Annotated[int, About("Nodes of the surface")]
+    snapshots: Annotated[int, About("Surfaces that the planner saw")]
+    iterations: Annotated[int, About("Steps of the reconstruction")]
+    genus: Annotated[
+        int | None, About("Handles of the surface: holes that lead through it", empty="an older result")
+    ] = None
+    mesh_mean_mm: Annotated[
+        Number | None, About("Mean distance of the nodes to the object itself", empty=_NOT_SIMULATED)
+    ] = None
+    mesh_max_mm: Annotated[
+        Number | None, About("Largest distance of a node to the object itself", empty=_NOT_SIMULATED)
+    ] = None
 
 
-def measures_result(grasp: Grasp | None, surface: Surface, quality: QualityParameters) -> dict[str, Any]:
-    """Return the further measures of a grasp that the configuration asks for; nothing if it asks for none."""
-    if grasp is None or not quality.measures:
-        return {}
-    torque_length_m = quality.torque_length_m(surface.points, surface.centroid)
-    values = evaluate_measures(
-        quality.measures, grasp.points, -grasp.normals, surface.centroid, quality, torque_length_m
+@dataclass(frozen=True)
+class ProvenanceResult(Part):
+    """Where a result comes from."""
+
+    graspbench: Annotated[str | None, About("Version of graspbench")] = None
+    git: Annotated[
+        Mapping[str, Any] | None,
+        About("Commit of the checkout, and whether it had changes", empty="it was no checkout"),
+    ] = None
+    python: Annotated[str | None, About("Version of Python")] = None
+    libraries: Annotated[Mapping[str, str | None], About("Versions of libraries")] = field(
+        default_factory=dict
     )
-    return {"measures": {name: float(value) for name, value in values.items()}}
+    host: Annotated[str | None, About("Name of the machine", empty="not recorded")] = None
+    platform: Annotated[str | None, About("Operating system")] = None
+    cpu: Annotated[str | None, About("Processor")] = None
+    cores: Annotated[int | None, About("Cores of the machine")] = None
+    started: Annotated[str | None, About("When the trial began", empty="not recorded")] = None
+    finished: Annotated[str | None, About("When the result was written")] = None
+    seconds: Annotated[Number | None, About("Wall time of the trial", unit="s", empty="not recorded")] = None
+    process: Annotated[int | None, About("Number of the process")] = None
 
 
-def ratios(local: Mapping[str, Any], best: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Return local over global for each measure that was searched."""
-    return {measure: local[measure] / found["value"] for measure, found in best.items() if found["value"] > 0}
+@dataclass(frozen=True, kw_only=True)
+class TrialResult(Part):
+    """One trial: what it was, whether it ended, and what came of it."""
 
-
-def object_result(trial: "PlannedTrial") -> dict[str, Any]:
-    """Return what the object is; its mass and size when it was simulated."""
-    if trial.scene is None:
-        return {"name": trial.name}
-    model = trial.scene.model
-    return {"name": model.name, "mass_kg": model.mass_kg, "extents_m": model.mesh.extents}
-
-
-def reconstruction_result(trial: "PlannedTrial") -> dict[str, Any]:
-    """Return how far the surface came, and its distance to the object itself when that is known."""
-    final = trial.surfaces[-1]
-    result: dict[str, Any] = {
-        "nodes": len(final.points),
-        "snapshots": len(trial.surfaces),
-        "iterations": final.iteration,
-        "genus": final.network.genus,
-    }
-    if trial.scene is not None:
-        pose = trial.scene.transform_object_to_world
-        to_mesh = distances_to_mesh((final.points - pose[:3, 3]) @ pose[:3, :3], trial.scene.model.mesh)
-        result["mesh_mean_mm"] = 1e3 * float(to_mesh.mean())
-        result["mesh_max_mm"] = 1e3 * float(to_mesh.max())
-    return result
-
-
-def execution_result(execution: ExecutionResult) -> dict[str, Any]:
-    """Return what came of the execution; the sampled motion is left to the log."""
-    result = {
-        field.name: getattr(execution, field.name)
-        for field in dataclasses.fields(execution)
-        if field.name not in {"motion", "phases"}
-    }
-    phases = {phase.name: dataclasses.asdict(phase) for phase in execution.phases}
-    return {**result, "phases": phases, "largest_push_weight": execution.largest_push_weight}
-
-
-def _grasp(grasp: Grasp) -> dict[str, Any]:
-    pairs = zip(grasp.vertices, grasp.points, grasp.normals, strict=True)
-    return {
-        "contacts": [
-            {"vertex": int(vertex), "point": point, "normal": normal} for vertex, point, normal in pairs
-        ],
-        "centroid": grasp.centroid,
-        "posture": None if grasp.posture is None else dataclasses.asdict(grasp.posture),
-    }
+    trial_id: Annotated[str, About("Ten hexadecimal digits of a hash of what defines the trial")]
+    status: Annotated[
+        Status, About("done, failed, timeout, crashed, or unreadable (its file cannot be read)")
+    ]
+    reason: Annotated[str | None, About("Why the trial is not done, or fell short", empty="it is done")] = (
+        None
+    )
+    success: Annotated[
+        bool | None,
+        About(
+            "Whether the object was held through every phase asked for; of an in-hand motion, whether it was "
+            "as asked. False also where no grasp was found to execute",
+            empty="nothing was to be executed",
+        ),
+    ] = None
+    seed: Annotated[int, About("Source of every random draw")] = 0
+    kind: Annotated[Kind, About("trial (a grasp) or manipulation (an in-hand motion)")] = "trial"
+    schema: Annotated[int, About("Version of the result's format")] = 0
+    choice: Annotated[Mapping[str, str], About("Option chosen of each configuration group")] = field(
+        default_factory=dict
+    )
+    overridden: Annotated[
+        tuple[str, ...], About("Keys that the command line or an experiment set; each is a column")
+    ] = ()
+    config: Annotated[
+        Mapping[str, Any],
+        About("The whole configuration; overridden keys are columns of their own", column=False),
+    ] = field(default_factory=dict)
+    object: Annotated[ObjectResult, About("The object")] = ObjectResult("")
+    hand: Annotated[HandResult, About("The hand")] = HandResult("", 0)
+    index: Annotated[Mapping[str, Any], About("The index and its parameters, as in index.*")] = field(
+        default_factory=dict
+    )
+    local: Annotated[LocalResult | None, About("The parallel planner's grasp", empty=_NOT_PLANNED)] = None
+    restarted: Annotated[
+        RestartedResult | None,
+        About("The grasp of a multi-start on the finished surface", empty="planner.restart is off"),
+    ] = None
+    global_: Annotated[
+        Mapping[str, GlobalGraspResult],
+        About("The best grasp by each measure", empty="the measure was not searched for"),
+    ] = field(default_factory=dict)
+    ratio: Annotated[
+        Mapping[str, Number], About("Local over global by each measure", empty="no global grasp is known")
+    ] = field(default_factory=dict)
+    refined: Annotated[
+        Mapping[str, RefinedGraspResult],
+        About("The local grasp climbed by each measure", empty="search.refine is off"),
+    ] = field(default_factory=dict)
+    reconstruction: Annotated[ReconstructionResult | None, About("The surface", empty=_NOT_PLANNED)] = None
+    execution: Annotated[ExecutedResult | None, About("The execution in physics", empty=_NOT_EXECUTED)] = None
+    manipulation: Annotated[
+        ManipulationSummary | None, About("The in-hand motion", empty="not an in-hand motion")
+    ] = None
+    in_hand: Annotated[PlayedResult | None, About("The in-hand motion in physics", empty=_NOT_EXECUTED)] = (
+        None
+    )
+    times_s: Annotated[
+        Mapping[str, Number],
+        About("Seconds of each stage, compilation taken off", unit="s", empty="the stage was not run"),
+    ] = field(default_factory=dict)
+    compiled: Annotated[
+        tuple[str, ...],
+        About("Stages in which code was compiled; those that could be were run again for their times"),
+    ] = ()
+    provenance: Annotated[ProvenanceResult, About("Where the result comes from")] = field(
+        default_factory=ProvenanceResult
+    )

@@ -4,17 +4,17 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from graspbench.config.compose import compose_tree, expand_sweep
-from graspbench.config.trial_config import TrialConfig, config_from_tree
+from graspbench.config.compose import expand_sweep
+from graspbench.config.engine import EngineParameters
+from graspbench.config.trial_config import TrialConfig, kind_of, load_any_config
 from graspbench.results.store import ResultStore
-from graspbench.sweep.engine import EngineParameters
-from graspbench.sweep.worker import Limits, Task, run_task
+from graspbench.results.trial_result import TrialResult
+from graspbench.sweep.worker import Limits, PendingTrial, run_task
 
 
 @dataclass(frozen=True)
-class PlannedTrial:
+class SweepTrial:
     """One cell of a sweep's grid.
 
     Attributes:
@@ -56,45 +56,50 @@ class SweepOptions:
 
 def plan_sweep(
     overrides: Sequence[str], store: ResultStore, options: SweepOptions, config_dir: Path | None = None
-) -> list[PlannedTrial]:
+) -> list[SweepTrial]:
     """Compose the whole grid and find which of its trials are still to be run.
+
+    A grid over a motion, a contact or the inverse kinematics is one of in-hand motions.
 
     Raises:
         ConfigurationError: Any of the trials has an option that cannot be used; nothing is run then.
     """
-    planned: dict[str, PlannedTrial] = {}
-    for cell in expand_sweep(overrides, config_dir):
-        config = config_from_tree(compose_tree(cell, config_dir))
+    planned: dict[str, SweepTrial] = {}
+    primary = kind_of(overrides, config_dir)
+    for cell in expand_sweep(overrides, config_dir, primary):
+        config = load_any_config(cell, config_dir, primary)
         trial_id = config.trial_id
         if trial_id in planned:
             continue
         version = store.version(trial_id)
         done = store.result(trial_id) if options.resume and version is not None else None
-        state = str(done["status"]) if done else "new"
+        state = str(done.status) if done else "new"
         if options.retry_failed and state not in {"new", "done"}:
             state = "new"
-        planned[trial_id] = PlannedTrial(cell, config, state, version)
+        planned[trial_id] = SweepTrial(cell, config, state, version)
     return list(planned.values())
 
 
 def run_sweep(
-    trials: Sequence[PlannedTrial], store: ResultStore, options: SweepOptions
-) -> Iterator[dict[str, Any]]:
+    trials: Sequence[SweepTrial], store: ResultStore, options: SweepOptions
+) -> Iterator[TrialResult]:
     """Run the new trials of a grid and yield each result as it is finished and stored.
 
     A trial that raises, hangs or takes its process down becomes a result with status "failed", "timeout"
     or "crashed" and never touches the others. Setting ``options.stop`` ends the sweep after the trials that
     are running.
     """
-    tasks = [Task(trial.config, trial.version) for trial in trials if trial.state == "new"]
+    tasks = [PendingTrial(trial.config, trial.version) for trial in trials if trial.state == "new"]
     results = _engine(tasks, store, options)
     for result in results:
         yield result
-        if options.fail_fast and result["status"] != "done":
+        if options.fail_fast and result.status != "done":
             options.stop.set()
 
 
-def _engine(tasks: Sequence[Task], store: ResultStore, options: SweepOptions) -> Iterator[dict[str, Any]]:
+def _engine(
+    tasks: Sequence[PendingTrial], store: ResultStore, options: SweepOptions
+) -> Iterator[TrialResult]:
     engine = options.engine or _default_engine(options.jobs)
     limits = Limits(options.timeout_s, options.memory_mb)
     if not tasks:
@@ -114,7 +119,9 @@ def _default_engine(jobs: int) -> EngineParameters:
     return EngineParameters(jobs=jobs) if jobs else EngineParameters(name="inline")
 
 
-def _run_inline(tasks: Sequence[Task], store: ResultStore, options: SweepOptions) -> Iterator[dict[str, Any]]:
+def _run_inline(
+    tasks: Sequence[PendingTrial], store: ResultStore, options: SweepOptions
+) -> Iterator[TrialResult]:
     for task in tasks:
         if options.stop.is_set():
             return

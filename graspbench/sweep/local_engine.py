@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from graspbench.results.store import ResultStore
-from graspbench.sweep.worker import PRELOADED, Limits, Task, run_limited, start_worker
+from graspbench.results.trial_result import Status, TrialResult
+from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
 from graspbench.trial.runner import failed_result, fault_file
 
 _WAIT_S = 0.2
@@ -23,8 +24,8 @@ _SIGNAL_S = 0.5
 
 
 def run_local(
-    tasks: Sequence[Task], root: Path, jobs: int, limits: Limits, stop: threading.Event
-) -> Iterator[dict[str, Any]]:
+    tasks: Sequence[PendingTrial], root: Path, jobs: int, limits: Limits, stop: threading.Event
+) -> Iterator[TrialResult]:
     """Run trials in ``jobs`` worker processes and yield each result when it is stored.
 
     Args:
@@ -40,7 +41,7 @@ def run_local(
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
     context.set_forkserver_preload(list(PRELOADED))
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=(os.getpid(),))
-    running: dict[Any, Task] = {}
+    running: dict[Any, PendingTrial] = {}
     try:
         while running or (waiting and not stop.is_set()):
             while waiting and len(running) < jobs and not stop.is_set():
@@ -71,20 +72,20 @@ def run_local(
         pool.join()
 
 
-def _defer(task: Task, waiting: deque[Task], store: ResultStore) -> None:
+def _defer(task: PendingTrial, waiting: deque[PendingTrial], store: ResultStore) -> None:
     """Put a trial that another sweep is running at the end; it will be there when its turn comes."""
     waiting.append(task)
     if len(waiting) == 1 and store.version(task.config.trial_id) == task.version:
         time.sleep(_BUSY_RETRY_S)
 
 
-def _stored(task: Task, store: ResultStore) -> dict[str, Any]:
+def _stored(task: PendingTrial, store: ResultStore) -> TrialResult:
     result = store.result(task.config.trial_id)
     assert result is not None, "the worker has stored it"
     return result
 
 
-def _failure(task: Task, store: ResultStore, status: str, reason: str) -> dict[str, Any]:
+def _failure(task: PendingTrial, store: ResultStore, status: Status, reason: str) -> TrialResult:
     last_words = fault_file(store.root, task.config.trial_id)
     details = last_words.read_text(encoding="utf-8") if last_words.is_file() else None
     with store.claim(task.config.trial_id):

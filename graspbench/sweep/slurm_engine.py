@@ -15,10 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from graspbench.config.engine import EngineParameters
 from graspbench.errors import ConfigurationError
 from graspbench.results.store import ResultStore
-from graspbench.sweep.engine import EngineParameters
-from graspbench.sweep.worker import Limits, Task
+from graspbench.results.trial_result import TrialResult
+from graspbench.sweep.worker import Limits, PendingTrial
 from graspbench.trial.runner import failed_result
 
 JOBS_FOLDER = ".jobs"
@@ -35,7 +36,7 @@ class Chunk:
         limits: Time and memory of each trial.
     """
 
-    tasks: tuple[Task, ...]
+    tasks: tuple[PendingTrial, ...]
     root: Path
     limits: Limits
 
@@ -66,8 +67,8 @@ class _Submitted:
 
 
 def run_slurm(
-    tasks: Sequence[Task], root: Path, engine: EngineParameters, limits: Limits, stop: threading.Event
-) -> Iterator[dict[str, Any]]:
+    tasks: Sequence[PendingTrial], root: Path, engine: EngineParameters, limits: Limits, stop: threading.Event
+) -> Iterator[TrialResult]:
     """Submit trials in chunks and yield each result when it is stored.
 
     Args:
@@ -115,7 +116,7 @@ def run_slurm(
                 entry.job.wait()
 
 
-def is_stored(task: Task, store: ResultStore) -> bool:
+def is_stored(task: PendingTrial, store: ResultStore) -> bool:
     """Tell whether a trial's result has been written since the sweep was planned."""
     return store.version(task.config.trial_id) not in {None, task.version}
 
@@ -174,7 +175,7 @@ def _alive(submitted: Sequence[_Submitted]) -> set[str]:
     return alive
 
 
-def _give_up(tasks: Sequence[Task], entry: _Submitted, store: ResultStore) -> None:
+def _give_up(tasks: Sequence[PendingTrial], entry: _Submitted, store: ResultStore) -> None:
     reason = f"job {entry.job.job_id} and {entry.attempt} before it ended without a result."
     for task in tasks:
         with store.claim(task.config.trial_id):
@@ -187,7 +188,7 @@ def _output(job: Any) -> str | None:
     return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else None
 
 
-def _result(task: Task, store: ResultStore) -> dict[str, Any]:
+def _result(task: PendingTrial, store: ResultStore) -> TrialResult:
     result = store.result(task.config.trial_id)
     assert result is not None, "it is stored"
     return result

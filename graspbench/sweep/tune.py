@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,7 +13,8 @@ from hydra.core.override_parser.types import IntervalSweep, Override
 from hydra.errors import HydraException
 
 from graspbench.errors import ConfigurationError
-from graspbench.results.store import ResultStore, results_frame
+from graspbench.results.columns import results_frame
+from graspbench.results.store import ResultStore
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 if TYPE_CHECKING:
@@ -111,7 +112,9 @@ def run_tuning(
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    plan_sweep([*grid, *_overrides(axes, {axis.key: axis.low for axis in axes})], store, sweep, config_dir)
+    plan_sweep(
+        [*grid, *axis_overrides(axes, {axis.key: axis.low for axis in axes})], store, sweep, config_dir
+    )
     store.root.mkdir(parents=True, exist_ok=True)
     study = optuna.create_study(
         storage=f"sqlite:///{store.root / STUDY_FILE}",
@@ -125,7 +128,7 @@ def run_tuning(
         study.sampler = optuna.samplers.TPESampler(seed=options.seed + len(study.trials))
         candidate = study.ask()
         values = {axis.key: _suggest(candidate, axis) for axis in axes}
-        score, trials = _score([*grid, *_overrides(axes, values)], store, options, sweep, config_dir)
+        score, trials = _score([*grid, *axis_overrides(axes, values)], store, options, sweep, config_dir)
         if sweep.stop.is_set():
             break
         state = optuna.trial.TrialState.COMPLETE if score is not None else optuna.trial.TrialState.FAIL
@@ -166,7 +169,7 @@ def _suggest(candidate: "optuna.Trial", axis: Axis) -> float:
     return float(candidate.suggest_float(axis.key, axis.low, axis.high, log=axis.log))
 
 
-def _overrides(axes: Sequence[Axis], values: dict[str, float]) -> list[str]:
+def axis_overrides(axes: Sequence[Axis], values: Mapping[str, float]) -> list[str]:
     """Write values with few digits, so that a candidate's trials are found again."""
     return [
         f"{axis.key}={round(values[axis.key]) if axis.whole else format(values[axis.key], f'.{_DIGITS}g')}"
@@ -188,7 +191,7 @@ def _score(
     results = [found for trial in trials if (found := store.result(trial.config.trial_id))]
     frame = results_frame(results)
     if options.measure not in frame:
-        if all(result["status"] == "done" for result in results) and results:
+        if all(result.status == "done" for result in results) and results:
             raise ConfigurationError(
                 f"the trials have no column '{options.measure}'", remedy="choose one of trials.csv"
             )

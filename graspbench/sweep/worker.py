@@ -21,7 +21,7 @@ _TRACEBACK_BEFORE_TIMEOUT_S = 0.5
 
 
 @dataclass(frozen=True)
-class Task:
+class PendingTrial:
     """One trial that a sweep wants run.
 
     Attributes:
@@ -67,7 +67,7 @@ def _die_with(process: int) -> None:
     os._exit(1)
 
 
-def run_task(task: Task, root: Path) -> bool:
+def run_task(task: PendingTrial, root: Path) -> bool:
     """Run a trial and store its result, unless it is there by now.
 
     Returns:
@@ -80,7 +80,7 @@ def run_task(task: Task, root: Path) -> bool:
     return ours
 
 
-def run_limited(task: Task, root: Path, limits: Limits) -> bool:
+def run_limited(task: PendingTrial, root: Path, limits: Limits) -> bool:
     """Do `run_task` within limits, as a worker process does.
 
     The time limit itself is kept by who started the process.

@@ -1,15 +1,23 @@
-"""How long each stage takes."""
+"""How long each stage takes, compilation apart."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+from graspbench.compiled import seconds_compiling
+
 T = TypeVar("T")
+
+COMPILING = "compiling"
 
 
 class StageClock:
     """Measures the stages of a trial and tells a listener when each one ends.
+
+    Inner loops are compiled when they are first used, which takes longer than they run. A stage in which
+    that happened is named in `compiled`, and its seconds are those of a run without: it is run again where
+    that changes nothing (`run`), else the compilation is taken off (`stage`).
 
     Args:
         on_stage: Called with the stage's name and its seconds.
@@ -17,20 +25,51 @@ class StageClock:
 
     def __init__(self, on_stage: Callable[[str, float], None] | None = None) -> None:
         self.seconds: dict[str, float] = {}
+        self.compiled: list[str] = []
         self._on_stage = on_stage
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Time a block; a stage that runs several times adds up."""
-        started = time.perf_counter()
+        started, compiling = time.perf_counter(), seconds_compiling()
         yield
-        self.add(name, time.perf_counter() - started)
+        spent = seconds_compiling() - compiling
+        self._note(name, spent)
+        self.add(name, time.perf_counter() - started - spent)
+
+    def run(self, name: str, work: Callable[[], T]) -> T:
+        """Time a function that may be called twice, and return what it gives."""
+
+        def timed() -> T:
+            started = time.perf_counter()
+            result = work()
+            self.add(name, time.perf_counter() - started)
+            return result
+
+        return self.run_timed(name, timed)
+
+    def run_timed(self, name: str, work: Callable[[], T]) -> T:
+        """Call a function that adds its own stages; call it again when code was compiled in it."""
+        before, listener, compiling = dict(self.seconds), self._on_stage, seconds_compiling()
+        heard: list[tuple[str, float]] = []
+        self._on_stage = lambda *stage: heard.append(stage)
+        try:
+            result = work()
+        finally:
+            self._on_stage = listener
+        spent = seconds_compiling() - compiling
+        if spent > 0.0:
+            self._note(name, spent)
+            self.seconds = before
+            return work()
+        for stage in heard:
+            self._tell(*stage)
+        return result
 
     def add(self, name: str, seconds: float) -> None:
         """Record a stage that was timed elsewhere."""
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
-        if self._on_stage is not None:
-            self._on_stage(name, seconds)
+        self._tell(name, seconds)
 
     def producing(self, name: str, items: Iterable[T], kept: list[T]) -> Iterator[T]:
         """Pass items on, keep them, and time only how long each takes to be produced.
@@ -51,3 +90,13 @@ class StageClock:
                 yield item
         finally:
             self.add(name, total)
+
+    def _note(self, name: str, compiling_s: float) -> None:
+        if compiling_s > 0.0:
+            if name not in self.compiled:
+                self.compiled.append(name)
+            self._tell(COMPILING, compiling_s)
+
+    def _tell(self, name: str, seconds: float) -> None:
+        if self._on_stage is not None:
+            self._on_stage(name, seconds)

@@ -1,24 +1,24 @@
-"""In-hand manipulation, run and stored: a trial up to its grasp, then the motion of the object."""
+"""In-hand manipulation: a trial up to its grasp, then the motion of the object."""
 
-from collections.abc import Callable
-from dataclasses import asdict, replace
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import yaml
 
 from graspbench.arrays import FloatArray
-from graspbench.config.trial_config import ManipulationConfig
-from graspbench.errors import ConfigurationError, InputError, TrialError
+from graspbench.config.trial_config import ManipulationConfig, TrialConfig
+from graspbench.errors import ConfigurationError
 from graspbench.hand import HandModel
 from graspbench.manipulation import ManipulationResult, manipulate_object
 from graspbench.planning import fingertip_paths, track
 from graspbench.record import TrialLog
-from graspbench.results.provenance import provenance
-from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, to_json
-from graspbench.results.trial_result import local_result, object_result
+from graspbench.results.physical_results import ManipulationSummary, PlayedResult
+from graspbench.results.plain import as_plain
+from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
+from graspbench.trial.header import started_result
+from graspbench.trial.outcome import local_result, object_result, phase_results
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
 if TYPE_CHECKING:
@@ -32,36 +32,64 @@ JOINT_TOLERANCE_DEG = 0.05
 _LOG_RATE_HZ = 50.0
 
 
-def manipulate_and_store(
-    config: ManipulationConfig, store: ResultStore, *, on_stage: Callable[[str, float], None] | None = None
-) -> dict[str, Any]:
-    """Plan a grasp, move the object in the hand, and write the results folder.
+def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+    """Plan a grasp and move the object in the hand: the procedure of kind ``manipulation``.
 
     Args:
         config: The trial, the inverse kinematics, the motion and the contacts.
-        store: Where the folder goes.
-        on_stage: Called with each stage's name and seconds.
+        log: Where to record it, stage by stage.
+        folder: Where histories and pictures go; None writes none.
+        clock: Times the stages.
 
     Returns:
-        The content of ``result.json``; status "failed" with the reason when there is no grasp, when the
-        motion cannot go on, or when the hand does not follow it.
+        The result; status "failed" with the reason when the motion is not what was asked for.
 
     Raises:
-        InputError: What the user gave cannot be used; nothing is written.
+        InputError: What the user gave cannot be used.
+        TrialError: There is no grasp, or the motion cannot go on.
     """
-    text = yaml.safe_dump(config.as_tree(), sort_keys=False, allow_unicode=True)
-    with store.writing(config.trial_id) as folder:
-        (folder / "config.yaml").write_text(text, encoding="utf-8")
-        try:
-            with TrialLog(folder / "manipulation.mcap", config.record) as log:
-                log.attach("config.yaml", text)
-                outcome = _manipulate(config, log, folder, StageClock(on_stage))
-        except InputError:
-            raise
-        except TrialError as error:
-            outcome = {"status": "failed", "reason": str(error), "success": False}
-        result = {**_header(config), **outcome, "provenance": provenance()}
-        (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
+    assert isinstance(config, ManipulationConfig), "the kind says so"
+    with planned_trial(config, clock) as trial:
+        _check_joints(config, trial.hand)
+        contact = config.contact
+        if contact.mass_kg is None and trial.scene is not None:
+            contact = dataclasses.replace(contact, mass_kg=trial.scene.model.mass_kg)
+        moved = clock.run(
+            "manipulation",
+            lambda: manipulate_object(
+                trial.hand,
+                trial.plan.grasp,
+                trial.surfaces[-1],
+                config.motion,
+                config.clik,
+                contact,
+                gravity=config.scene.gravity,
+            ),
+        )
+        reason = shortcoming(moved, trial.hand)
+        played = None if reason else _play(config, trial, moved, clock)
+        if played is not None and played.reason:
+            reason = f"played in physics: {played.reason}"
+        result = dataclasses.replace(
+            started_result(config),
+            status="failed" if reason else "done",
+            reason=reason,
+            success=reason is None,
+            object=object_result(trial),
+            local=local_result(trial),
+            manipulation=ManipulationSummary(**_typed(moved.summary())),
+            in_hand=None if played is None else _played_result(played),
+        )
+        with clock.stage("record"):
+            if played is None:
+                _record(log, trial, moved)
+            else:
+                log.grasp(trial.plan.grasp, "local")
+                log.motion(trial.hand.joint_names, played.motion)
+            log.scores(_scores(result))
+    if folder is not None:
+        with clock.stage("pictures"):
+            _draw(config, trial, moved, played, folder)
     return result
 
 
@@ -86,41 +114,6 @@ def shortcoming(result: ManipulationResult, hand: HandModel) -> str | None:
             "limit: ask for a smaller motion, or use clik=qp."
         )
     return None
-
-
-def _manipulate(config: ManipulationConfig, log: TrialLog, folder: Path, clock: StageClock) -> dict[str, Any]:
-    with planned_trial(config, clock) as trial:
-        _check_joints(config, trial.hand)
-        contact = config.contact
-        if contact.mass_kg is None and trial.scene is not None:
-            contact = replace(contact, mass_kg=trial.scene.model.mass_kg)
-        with clock.stage("manipulation"):
-            moved = manipulate_object(
-                trial.hand, trial.plan.grasp, trial.surfaces[-1], config.motion, config.clik, contact
-            )
-        reason = shortcoming(moved, trial.hand)
-        played = None if reason else _play(config, trial, moved, clock)
-        if played is not None and played.reason:
-            reason = f"played in physics: {played.reason}"
-        result = {
-            "status": "failed" if reason else "done",
-            "reason": reason,
-            "success": reason is None,
-            "object": object_result(trial),
-            "local": local_result(trial.plan),
-            "manipulation": moved.summary(),
-            "in_hand": None if played is None else _in_hand_result(played),
-        }
-        with clock.stage("record"):
-            if played is None:
-                _record(log, trial, moved)
-            else:
-                log.grasp(trial.plan.grasp, "local")
-                log.motion(trial.hand.joint_names, played.motion)
-            log.scores(_scores(result))
-    with clock.stage("pictures"):
-        _draw(config, trial, moved, played, folder)
-    return {**result, "times_s": dict(clock.seconds)}
 
 
 def _check_joints(config: ManipulationConfig, hand: HandModel) -> None:
@@ -148,6 +141,7 @@ def _play(
     if trial.scene is None or config.execution.until == "off":
         return None
     from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+    from graspbench.simulation.tip_friction import tip_friction
 
     planner, posture = config.planner, trial.plan.grasp.posture
     assert posture is not None, "a plan made with a checker has a posture"
@@ -155,11 +149,19 @@ def _play(
         paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
         approach = track(paths, trial.hand, posture, planner.paths)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
     with clock.stage("execution"):
-        return play_in_hand(trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution)
+        return play_in_hand(
+            trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
+        )
 
 
-def _in_hand_result(played: "InHandResult") -> dict[str, Any]:
+def _typed(figures: dict[str, float | int | bool]) -> dict[str, Any]:
+    return dict(figures)
+
+
+def _played_result(played: "InHandResult") -> PlayedResult:
     """Return what came of the motion in physics; the sampled motion is left to the log."""
     errors = (
         {}
@@ -174,22 +176,25 @@ def _in_hand_result(played: "InHandResult") -> dict[str, Any]:
         }
     )
     histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
-    return {
-        "success": played.success,
-        "grip_force_n": played.grip_force_n,
+    return PlayedResult(
+        success=played.success,
+        friction=played.friction,
+        torsional_friction_m=played.torsional_friction_m,
+        planned_friction=played.planned_friction,
+        grip_force_n=played.grip_force_n,
+        phases=phase_results(played.phases),
+        histories={name: tuple(getattr(played, name).tolist()) for name in histories},
         **errors,
-        "phases": {phase.name: asdict(phase) for phase in played.phases},
-        "histories": {name: getattr(played, name).tolist() for name in histories},
-    }
+    )
 
 
-def _scores(result: dict[str, Any]) -> dict[str, Any]:
-    named = {f"manipulation.{key}": value for key, value in result["manipulation"].items()}
-    if result["in_hand"] is not None:
-        named |= {
-            f"in_hand.{key}": value for key, value in result["in_hand"].items() if not isinstance(value, dict)
-        }
-    return {"success": result["success"], **named}
+def _scores(result: TrialResult) -> dict[str, Any]:
+    scores: dict[str, Any] = {"success": result.success}
+    for part in ("manipulation", "in_hand"):
+        for key, value in (as_plain(getattr(result, part)) or {}).items():
+            if not isinstance(value, dict):
+                scores[f"{part}.{key}"] = value
+    return scores
 
 
 def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
@@ -242,19 +247,3 @@ def _draw(
         from graspbench.report.in_hand_figure import draw_in_hand
 
         draw_in_hand(played, folder / "in_hand.png", title=f"{title}, played in physics")
-
-
-def _header(config: ManipulationConfig) -> dict[str, Any]:
-    tree = config.as_tree()
-    return {
-        "schema": SCHEMA_VERSION,
-        "kind": "manipulation",
-        "trial_id": config.trial_id,
-        "seed": config.seed,
-        "object": {"name": tree["object"]["name"]},
-        "hand": {"name": tree["hand"]["name"], "fingers": tree["hand"]["fingers"]},
-        "index": tree["index"],
-        "motion": tree["motion"],
-        "contact": tree["contact"]["kind"],
-        "method": tree["clik"]["method"],
-    }

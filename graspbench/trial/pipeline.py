@@ -1,137 +1,169 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
-from collections.abc import Callable, Mapping
+import dataclasses
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
     JointPath,
+    LocalPlan,
     RefinedGrasp,
+    centre_gain,
     fingertip_paths,
+    make_index,
     plan_global,
+    plan_restarted,
     refine,
     track,
 )
 from graspbench.record import TrialLog
-from graspbench.results.trial_result import (
+from graspbench.results.trial_result import TrialResult
+from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.tip_friction import tip_friction
+from graspbench.trial.clock import StageClock
+from graspbench.trial.header import started_result
+from graspbench.trial.outcome import (
     execution_result,
-    global_result,
+    global_results,
     local_result,
-    measures_result,
     object_result,
     ratios,
     reconstruction_result,
-    refined_result,
-    verified_result,
+    refined_results,
+    restarted_result,
 )
-from graspbench.simulation.execute import execute
-from graspbench.simulation.execution import ExecutionResult
-from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
 
-def run_trial(
-    config: TrialConfig,
-    *,
-    log: TrialLog | None = None,
-    picture_dir: Path | None = None,
-    on_stage: Callable[[str, float], None] | None = None,
-) -> dict[str, Any]:
-    """Run one trial.
+def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+    """Run one trial: the procedure of kind ``trial``.
 
     Args:
         config: What to run.
-        log: Where to record it, stage by stage; None records nothing.
-        picture_dir: Where its pictures go; None draws none.
-        on_stage: Called with each stage's name and seconds.
-
-    Returns:
-        The trial's part of ``result.json``: plain values only.
+        log: Where to record it, stage by stage.
+        folder: Where its pictures go; None draws none.
+        clock: Times the stages.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
-    clock = StageClock(on_stage)
-    record = log or TrialLog(Path("unused.mcap"), "off")
     with planned_trial(config, clock) as trial:
         with clock.stage("record"):
-            _record_plan(record, trial)
-        best = _plan_global(config, trial, clock)
-        refined = _refine(config, trial, clock)
-        with clock.stage("paths"):
-            paths, motion = _plan_paths(config, trial)
+            _record_plan(log, trial)
+        restarted = _restart(config, trial, clock)
+        refined = _refine(config, trial, restarted, clock)
+        best = _plan_global(config, trial, restarted, refined, clock)
+        paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
         with clock.stage("record"):
-            _record_paths(record, trial, best, paths, motion)
+            _record_paths(log, trial, best, paths, motion)
         execution = _execute(config, trial, motion, clock)
 
-    with clock.stage("figures_of_merit"):
-        result = _result(config, trial, best, refined, execution)
+    result = clock.run(
+        "figures_of_merit", partial(_result, config, trial, restarted, best, refined, execution)
+    )
     with clock.stage("record"):
         if execution is not None:
-            record.motion(trial.hand.joint_names, execution.motion)
-        record.scores(_scores(result))
-    if picture_dir is not None and config.record.pictures:
+            log.motion(trial.hand.joint_names, execution.motion)
+        log.scores(_scores(result))
+    if folder is not None and config.record.pictures:
         with clock.stage("pictures"):
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib
 
-            draw_trial(picture_dir, config.index_name, trial, paths)
-    return {**result, "times_s": dict(clock.seconds)}
+            draw_trial(folder, config.index_name, trial, paths)
+    return result
 
 
-def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure, under the same constraints."""
+def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
+    """Plan by multi-start on the finished surface, if that is asked for."""
+    if not config.planner.restart:
+        return None
+    fingers, quality = config.hand.fingers, config.quality
+    index = make_index(config.index_name, config.index, fingers, quality)
+    return clock.run(
+        "restart",
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+    )
+
+
+def _plan_global(
+    config: TrialConfig,
+    trial: PlannedTrial,
+    restarted: LocalPlan | None,
+    refined: Mapping[str, RefinedGrasp],
+    clock: StageClock,
+) -> dict[str, GlobalResult]:
+    """Search the finished surface for the best grasp by each measure, under the same constraints.
+
+    The search begins with all grasps that are known, so none of them is better than its bound.
+    """
     if not config.search.enabled:
         return {}
-    found = {}
-    for measure in config.search.measures:
-        with clock.stage(f"global_{measure}"):
-            found[measure] = plan_global(
-                trial.surfaces[-1],
-                measure,
-                config.hand.fingers,
-                config.quality,
-                config.search,
-                checker=trial.checker,
-                centre_tolerance_m=_centre_tolerance(config, trial),
-                starts=(trial.plan.grasp,),
-            )
-    return found
+
+    def search(measure: str) -> GlobalResult:
+        return plan_global(
+            trial.surfaces[-1],
+            measure,
+            config.hand.fingers,
+            config.quality,
+            config.search,
+            checker=trial.checker,
+            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
+            starts=_known(trial.plan, restarted, *refined.values()),
+        )
+
+    return {
+        measure: clock.run(f"global_{measure}", partial(search, measure))
+        for measure in config.search.measures
+    }
 
 
-def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, RefinedGrasp]:
+def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+    return tuple(each.grasp for each in found if each is not None)
+
+
+def _refine(
+    config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None, clock: StageClock
+) -> dict[str, RefinedGrasp]:
     """Climb each measure from the local grasp, under the constraints of the global search."""
     if not config.search.refine:
         return {}
-    found = {}
-    for measure in (measure for measure in config.search.measures if measure != "mirtich_canny"):
-        with clock.stage(f"refine_{measure}"):
-            found[measure] = refine(
-                trial.plan.grasp,
-                trial.surfaces[-1],
-                measure,
-                config.quality,
-                checker=trial.checker,
-                centre_tolerance_m=_centre_tolerance(config, trial),
-                parameters=config.planner.refine,
-            )
-    return found
+
+    def climb(measure: str) -> RefinedGrasp:
+        return refine(
+            trial.plan.grasp,
+            trial.surfaces[-1],
+            measure,
+            config.quality,
+            checker=trial.checker,
+            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
+            parameters=config.planner.refine,
+        )
+
+    return {
+        measure: clock.run(f"refine_{measure}", partial(climb, measure))
+        for measure in config.search.measures
+        if measure != "mirtich_canny"
+    }
 
 
-def _centre_tolerance(config: TrialConfig, trial: PlannedTrial) -> float | None:
+def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None) -> float | None:
     """Return how far the centre of grip may be from the centroid; None when the index does not ask.
 
-    The search gets at least the freedom that the local grasp took, or the two could not be compared.
+    The search gets at least the freedom that the planned grasps took, or they could not be compared.
     """
-    if not getattr(config.index, "k_cm", 0.0) > 0:
+    if not centre_gain(config.index_name, config.index):
         return None
-    grasp = trial.plan.grasp
-    taken = float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid))
+    grasps = [trial.plan.grasp] if restarted is None else [trial.plan.grasp, restarted.grasp]
+    taken = max(float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid)) for grasp in grasps)
     return max(config.search.centre_tolerance_m, 1.001 * taken)
 
 
@@ -149,36 +181,34 @@ def _execute(
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
-        return execute(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+        friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        return execute_grasp(
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+        )
 
 
 def _result(
     config: TrialConfig,
     trial: PlannedTrial,
+    restarted: LocalPlan | None,
     best: Mapping[str, GlobalResult],
     refined: Mapping[str, RefinedGrasp],
     execution: ExecutionResult | None,
-) -> dict[str, Any]:
+) -> TrialResult:
     surface, quality = trial.surfaces[-1], config.quality
-    local = {
-        **local_result(trial.plan),
-        **verified_result(trial),
-        **measures_result(trial.plan.grasp, surface, quality),
-    }
-    optima = {
-        measure: {**global_result(found), **measures_result(found.grasp, surface, quality)}
-        for measure, found in best.items()
-    }
-    return {
-        "success": execution is None or execution.success,
-        "object": object_result(trial),
-        "local": local,
-        "global": optima,
-        "ratio": ratios(local, optima),
-        "refined": {measure: refined_result(found) for measure, found in refined.items()},
-        "reconstruction": reconstruction_result(trial),
-        "execution": None if execution is None else execution_result(execution),
-    }
+    local, optima = local_result(trial, quality, config.search), global_results(best, surface, quality)
+    return dataclasses.replace(
+        started_result(config),
+        success=None if execution is None else execution.success,
+        object=object_result(trial),
+        local=local,
+        restarted=None if restarted is None else restarted_result(restarted),
+        global_=optima,
+        ratio=ratios(local, optima),
+        refined=refined_results(refined),
+        reconstruction=reconstruction_result(trial),
+        execution=None if execution is None else execution_result(execution),
+    )
 
 
 def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
@@ -204,11 +234,11 @@ def _record_paths(
     log.joints(trial.hand.joint_names, motion.times, motion.joints, motion.transform_palm_to_world)
 
 
-def _scores(result: Mapping[str, Any]) -> dict[str, Any]:
-    scores: dict[str, Any] = {"success": result["success"]}
+def _scores(result: TrialResult) -> dict[str, object]:
+    scores: dict[str, object] = {"success": result.success}
     for measure in ("q1", "q2", "q3"):
-        scores[f"local.{measure}"] = result["local"][measure]
-    for measure, found in result["global"].items():
-        scores[f"global.{measure}"] = found["value"]
-        scores[f"ratio.{measure}"] = result["ratio"].get(measure)
+        scores[f"local.{measure}"] = getattr(result.local, measure)
+    for measure, found in result.global_.items():
+        scores[f"global.{measure}"] = found.value
+        scores[f"ratio.{measure}"] = result.ratio.get(measure)
     return scores

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,12 +90,16 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         else:
             scene, views = _photograph(config, checker, clock, stack)
             name = scene.model.name
-        with clock.stage("silhouettes"):
-            silhouettes = find_silhouettes(views, config.silhouette)
-        surfaces: list[Surface] = []
-        snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
-        plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
-        clock.add("local_planning", plan.planning_time_s)
+        silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+
+        def plan_while_forming() -> tuple[list[Surface], LocalPlan]:
+            surfaces: list[Surface] = []
+            snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
+            plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
+            clock.add("local_planning", plan.planning_time_s)
+            return surfaces, plan
+
+        surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
 
 

@@ -1,34 +1,95 @@
-"""One trial, run and stored."""
+"""One trial of any kind, run and stored."""
 
+import dataclasses
 import shutil
 import time
 import traceback
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
-from typing import Any
-
-import yaml
+from typing import Protocol
 
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import InputError, TrialError
 from graspbench.record import TrialLog
+from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, to_json
+from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, writable
+from graspbench.results.trial_result import Status, TrialResult
+from graspbench.trial.clock import StageClock
+from graspbench.trial.header import executes, started_result
 
+CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
+
+Listener = Callable[[str, float], None]
+"""Called with each stage's name and seconds."""
+
+
+class Procedure(Protocol):
+    """What a kind of trial does, from its configuration to its result."""
+
+    def __call__(
+        self, config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock, /
+    ) -> TrialResult:
+        """Run the trial; return its result without times and provenance, which the runner adds.
+
+        Args:
+            config: What to run.
+            log: Where to record it, stage by stage.
+            folder: Where further files go; None writes none.
+            clock: Times the stages.
+
+        Raises:
+            InputError: What the configuration names cannot be used.
+            TrialError: The trial failed on its way; the message says where and why.
+        """
+
+
+# By kind: the module, loaded on first use since it loads the simulator, and the log's name.
+_PROCEDURES = {
+    "trial": ("graspbench.trial.pipeline", "run_grasp", "trial.mcap"),
+    "manipulation": ("graspbench.trial.in_hand", "run_in_hand", "manipulation.mcap"),
+}
+
+
+def run_trial(
+    config: TrialConfig,
+    *,
+    log: TrialLog | None = None,
+    picture_dir: Path | None = None,
+    on_stage: Listener | None = None,
+) -> TrialResult:
+    """Run one trial, a grasp or an in-hand motion; nothing is stored.
+
+    Args:
+        config: What to run.
+        log: Where to record it, stage by stage; None records nothing.
+        picture_dir: Where its pictures go; None draws none.
+        on_stage: Called with each stage's name and seconds.
+
+    Raises:
+        InputError: What the configuration names cannot be used.
+        TrialError: The trial failed on its way; the message says where and why.
+    """
+    module, name, _ = _PROCEDURES[config.kind]
+    procedure: Procedure = getattr(import_module(module), name)
+    clock = StageClock(on_stage)
+    result = procedure(config, log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock)
+    return dataclasses.replace(result, times_s=dict(clock.seconds), compiled=tuple(clock.compiled))
 
 
 def run_and_store(
     config: TrialConfig,
     store: ResultStore,
     *,
-    on_stage: Callable[[str, float], None] | None = None,
+    on_stage: Listener | None = None,
     contain: bool = False,
-) -> dict[str, Any]:
+) -> TrialResult:
     """Run one trial and write its folder: configuration, result, log and pictures.
 
     Args:
-        config: The trial.
+        config: The trial, a grasp or an in-hand motion.
         store: Where its folder goes.
         on_stage: Called with each stage's name and seconds.
         contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
@@ -40,38 +101,34 @@ def run_and_store(
     Raises:
         InputError: What the user gave cannot be used; nothing is written.
     """
-    from graspbench.trial.pipeline import run_trial  # loads the simulator
-
-    started, text = time.time(), _yaml(config)
+    started, text = time.time(), config.as_yaml()
     with store.writing(config.trial_id) as folder:
-        (folder / "config.yaml").write_text(text, encoding="utf-8")
+        with writable(folder):
+            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
         try:
-            with TrialLog(folder / "trial.mcap", config.record) as log:
-                log.attach("config.yaml", text)
+            with TrialLog(folder / _PROCEDURES[config.kind][2], config.record) as log:
+                log.attach(CONFIG_FILE, text)
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
-                listener = _listener(log, on_stage)
-                outcome = run_trial(config, log=log, picture_dir=folder, on_stage=listener)
-            result = {**_header(config, "done", None), **outcome}
+                result = run_trial(config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage))
         except Exception as error:
-            if isinstance(error, InputError) and not contain:
-                raise
-            if not isinstance(error, TrialError) and not contain:
+            if not contain and (isinstance(error, InputError) or not isinstance(error, TrialError)):
                 raise
             (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
-            result = {**_header(config, "failed", _reason(error)), "success": False}
-        result["provenance"] = provenance(started)
-        (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
+            result = _unfinished(config, "failed", _reason(error))
+        result = dataclasses.replace(result, provenance=provenance(started))
+        with writable(folder):
+            (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
 
 
 def failed_result(
-    config: TrialConfig, store: ResultStore, status: str, reason: str, details: str | None = None
-) -> dict[str, Any]:
+    config: TrialConfig, store: ResultStore, status: Status, reason: str, details: str | None = None
+) -> TrialResult:
     """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
-    result = {**_header(config, status, reason), "success": False, "provenance": provenance()}
+    result = dataclasses.replace(_unfinished(config, status, reason), provenance=provenance())
     remains = store.remains(config.trial_id)
     with store.writing(config.trial_id) as folder:
-        (folder / "config.yaml").write_text(_yaml(config), encoding="utf-8")
+        (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
             shutil.copyfile(log, folder / log.name)
         if details:
@@ -85,7 +142,7 @@ def fault_file(root: Path, trial_id: str) -> Path:
     return root / f".{trial_id}.fault"
 
 
-def _listener(log: TrialLog, on_stage: Callable[[str, float], None] | None) -> Callable[[str, float], None]:
+def _logged(log: TrialLog, on_stage: Listener | None) -> Listener:
     """Return a listener that also logs each stage's end, so that a log that is cut shows how far it came."""
 
     def listen(stage: str, seconds: float) -> None:
@@ -96,30 +153,15 @@ def _listener(log: TrialLog, on_stage: Callable[[str, float], None] | None) -> C
     return listen
 
 
+def _unfinished(config: TrialConfig, status: Status, reason: str) -> TrialResult:
+    """Return the result of a trial that came to no end: no success where one was to be executed."""
+    success = False if executes(config) else None
+    return dataclasses.replace(started_result(config), status=status, reason=reason, success=success)
+
+
 def _reason(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "memory: the trial needed more than its limit."
     if isinstance(error, InputError | TrialError):
         return str(error)
     return f"unexpected {type(error).__name__}: {error}"
-
-
-def _header(config: TrialConfig, status: str, reason: str | None) -> dict[str, Any]:
-    tree = config.as_tree()
-    return {
-        "schema": SCHEMA_VERSION,
-        "kind": "trial",
-        "trial_id": config.trial_id,
-        "status": status,
-        "reason": reason,
-        "seed": config.seed,
-        "object": {"name": tree["object"]["name"]},
-        "hand": {"name": tree["hand"]["name"], "fingers": tree["hand"]["fingers"]},
-        "index": tree["index"],
-        "stations": tree["stations"],
-    }
-
-
-def _yaml(config: TrialConfig) -> str:
-    text: str = yaml.safe_dump(config.as_tree(), sort_keys=False, allow_unicode=True)
-    return text

@@ -1,5 +1,8 @@
 """``graspbench objects show | check``."""
 
+import os
+
+import pandas as pd
 import trimesh
 from PIL import Image
 
@@ -59,3 +62,30 @@ def test_a_copy_that_cannot_be_made_leaves_nothing(cli, tmp_path):
     assert finished.code == 2
     assert "text.stl" in finished.stderr
     assert not (tmp_path / "copy.stl").exists()
+
+
+def test_meshes_of_one_file_name_are_rows_of_their_own(cli, tmp_path):
+    for name, height in (("tin", 0.07), ("crate", 0.09)):
+        (tmp_path / name).mkdir()
+        trimesh.creation.box((0.05, 0.06, height)).export(tmp_path / name / "textured.obj")
+    meshes = ",".join(str(tmp_path / name / "textured.obj") for name in ("tin", "crate"))
+    quick = ("search.enabled=false", "execution=off", "record=off", "--jobs", "0")
+    assert cli("sweep", f"object.mesh={meshes}", *quick, "-o", tmp_path / "r").code == 0
+    assert list(pd.read_csv(tmp_path / "r" / "trials.csv")["object.name"].sort_values()) == ["crate", "tin"]
+    assert cli("report", tmp_path / "r", "--group", "object").code == 0
+    groups = (tmp_path / "r" / "report" / "groups.md").read_text()
+    assert "crate" in groups
+    assert "tin" in groups
+    mesh = f"object.mesh={tmp_path / 'tin' / 'textured.obj'}"
+    named = cli("run", mesh, "object.name=banana", *quick[:3], "-o", tmp_path / "one", "--json")
+    assert named.document["object"]["name"] == "banana"
+
+
+def test_files_without_an_end_are_refused_in_a_sentence(cli, tmp_path):
+    os.mkfifo(tmp_path / "pipe.obj")
+    (tmp_path / "memory.obj").symlink_to("/proc/self/mem")
+    for mesh in ("/proc/self/mem", tmp_path / "pipe.obj", tmp_path / "memory.obj"):
+        finished = cli("run", f"object.mesh={mesh}", "search.enabled=false", "execution=off", "record=off")
+        assert finished.code == 2
+        assert "Traceback" not in finished.stderr
+        assert finished.stderr.strip().splitlines()[-1].startswith("graspbench: ")

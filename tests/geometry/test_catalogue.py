@@ -7,8 +7,9 @@ import trimesh
 import yaml
 from pydantic import TypeAdapter
 
+from graspbench.cli.arguments import complete_override
 from graspbench.errors import ConfigurationError, MeshError
-from graspbench.experiment import describe_objects
+from graspbench.experiment import describe_objects, expand_sweep, group_options, load_config
 from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
 from graspbench.geometry.catalogue import FILE_CHOICES
 from graspbench.geometry.convex_union import to_manifold
@@ -16,6 +17,10 @@ from graspbench.geometry.inspection import inspect
 
 GENERATED = [name for name in list_objects() if catalogue_entry(name).source == "generated"]
 CHOICES = files("graspbench.conf") / "object"
+PUCK = (
+    "name: puck\ndescription: A puck\nlicence: CC0\nsource: mine\n"
+    "shape: {kind: cone, height_m: 0.03, bottom_diameter_m: 0.07, top_diameter_m: 0.07}\n"
+)
 
 
 @pytest.mark.parametrize("name", list_objects())
@@ -68,14 +73,40 @@ def test_the_catalogue_is_large_and_licensed():
         assert catalogue_entry(name).name == name
 
 
-def test_configuration_choices_are_the_catalogue_and_show_every_parameter():
-    choices = {item.name[:-5]: item for item in CHOICES.iterdir() if item.name.endswith(".yaml")}
-    assert set(choices) == {*list_objects(), *FILE_CHOICES}
-    for name, item in choices.items():
-        content = yaml.safe_load(item.read_text())
-        assert list(content) == [f.name for f in fields(ObjectParameters)], name
-        parameters = TypeAdapter(ObjectParameters).validate_python(content)
-        assert parameters == ObjectParameters(name=name, id=parameters.id)
+def test_configuration_choices_are_the_catalogue_and_the_users_files():
+    assert set(group_options()["object"]) == {*list_objects(), *FILE_CHOICES}
+    assert {item.name[:-5] for item in CHOICES.iterdir() if item.name.endswith(".yaml")} == set(FILE_CHOICES)
+    for name in list_objects():
+        assert load_config([f"object={name}"]).object == ObjectParameters(name=name)
+
+
+@pytest.mark.parametrize("name", FILE_CHOICES)
+def test_the_choices_for_files_show_every_parameter(name):
+    content = yaml.safe_load((CHOICES / f"{name}.yaml").read_text())
+    assert list(content) == [f.name for f in fields(ObjectParameters)]
+    parameters = TypeAdapter(ObjectParameters).validate_python(content)
+    assert parameters == ObjectParameters(name=name, id=parameters.id)
+
+
+def test_a_new_object_is_one_file(tmp_path, monkeypatch):
+    monkeypatch.setattr("graspbench.datasets.CATALOGUE_DIR", tmp_path)
+    for name in ("teddy", "puck"):
+        (tmp_path / f"{name}.yaml").write_text(PUCK.replace("puck", name))
+    assert "puck" in group_options()["object"]
+    assert expand_sweep(["object=glob(pu*)"]) == [("object=puck",)]
+    assert complete_override("object=pu") == ["object=puck"]
+    assert load_object(load_config(["object=puck", "object.scale=2"]).object).extents_m[2] == pytest.approx(
+        0.06
+    )
+
+
+def test_a_users_file_comes_before_the_catalogue(tmp_path):
+    (tmp_path / "object").mkdir()
+    (tmp_path / "object" / "duck.yaml").write_text("name: duck\nscale: 0.5\n")
+    (tmp_path / "object" / "bear.yaml").write_text("defaults: [teddy]\nscale: 0.5\n")
+    assert load_config(["object=duck"], tmp_path).object == ObjectParameters(name="duck", scale=0.5)
+    assert load_config(["object=bear"], tmp_path).object == ObjectParameters(scale=0.5)
+    assert load_config(["object=duck"]).object == ObjectParameters(name="duck")
 
 
 def test_the_teddy_bear_is_upright():
@@ -111,7 +142,8 @@ def test_an_axis_that_points_up_turns_mesh_and_parts(up, tall):
 
 
 def test_a_mesh_replaces_the_shape_and_lends_its_name(tmp_path):
-    path = tmp_path / "brick.stl"
+    path = tmp_path / "parts" / "brick.stl"
+    path.parent.mkdir()
     trimesh.creation.box((40, 50, 60)).export(path)
     model = load_object(ObjectParameters(name="teddy", mesh=str(path), scale=0.001))
     assert model.name == "brick"
@@ -124,10 +156,7 @@ def test_a_mesh_replaces_the_shape_and_lends_its_name(tmp_path):
 
 def test_an_entry_of_the_users_own_is_one_file(tmp_path):
     path = tmp_path / "puck.yaml"
-    path.write_text(
-        "name: puck\ndescription: A puck\nlicence: CC0\nsource: mine\n"
-        "shape: {kind: cone, height_m: 0.03, bottom_diameter_m: 0.07, top_diameter_m: 0.07}\n"
-    )
+    path.write_text(PUCK)
     model = load_object(ObjectParameters(entry=str(path), shape={"height_m": 0.04}))
     assert (model.name, model.licence) == ("puck", "CC0")
     assert model.extents_m[2] == pytest.approx(0.04)

@@ -25,12 +25,14 @@ import numpy as np
 @dataclass(frozen=True)
 class NarrowWaistParameters:
     direction: float = -1.0
+    pull: float = 0.0
 
 
 class NarrowWaist:
     """Goes where the contacts are closest together."""
 
     parameters: ClassVar[type] = NarrowWaistParameters
+    centre_option: ClassVar[str] = "pull"
 
     def __init__(self, parameters, n_f, quality=None):
         self._sign = parameters.direction
@@ -102,3 +104,21 @@ def test_built_in_indices_have_parameters_with_defaults():
         made = index_module.make_index(name, index_module.INDICES[name].parameters(), 3)
         assert callable(made.propose)
         assert callable(made.score)
+
+
+def test_an_index_of_another_distribution_may_pull_to_the_centroid_by_its_own_option(plugin):
+    parameters = plugin["narrow_waist"].parameters(pull=0.5)
+    assert index_module.centre_option("narrow_waist") == "pull"
+    assert index_module.centre_gain("narrow_waist", parameters) == 0.5
+    assert index_module.centre_option("force_field") == "k_cm"
+    for name in ("mirtich_canny", "quality_ascent"):
+        assert index_module.centre_gain(name, plugin[name].parameters()) is None
+
+
+def test_only_an_index_that_climbs_by_itself_is_a_climbing_index(plugin):
+    climbing = {
+        name
+        for name in plugin.names()
+        if isinstance(index_module.make_index(name, plugin[name].parameters(), 3), index_module.ClimbingIndex)
+    }
+    assert climbing == {"force_field"}

@@ -13,7 +13,7 @@ from graspbench.planning.index import make_index
 from graspbench.planning.indices.force_field import ForceFieldParameters
 from graspbench.planning.local import plan_local
 from graspbench.planning.parameters import PlannerParameters
-from graspbench.planning.settling import MOST_REFUSED, Settler, Track, settle
+from graspbench.planning.settling import MAX_REFUSED, Follower, Settler, settle
 from tests.planning.shapes import ellipsoid, lifted, radial, shrinking
 
 QUALITY = QualityParameters()
@@ -145,6 +145,7 @@ class Refusing:
     def __init__(self, accepts):
         self.hand = load_hand(HandParameters(fingers=3))
         self.ground_height_m = None
+        self.pair_limit_m = 1.0
         self._accepts = accepts
         self._real = GraspChecker(self.hand, None)
 
@@ -196,11 +197,11 @@ def test_a_walk_asks_the_hand_in_vain_a_few_times_only():
         asked.append(points)
         return False
 
-    track = Track(np.array([0, 1, 2]))
+    follower = Follower(np.array([0, 1, 2]))
     settler = Settler(field(), FreeMoves(), Refusing(refuse), max_moves=500, wrist_moves=1)
-    assert not settle(track, surface, settler)
-    assert track.moves > 0
-    assert MOST_REFUSED <= len(asked) <= MOST_REFUSED + 1
+    assert not settle(follower, surface, settler)
+    assert follower.moves > 0
+    assert MAX_REFUSED <= len(asked) <= MAX_REFUSED + 1
 
 
 @pytest.fixture(scope="module")

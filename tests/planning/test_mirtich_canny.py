@@ -8,10 +8,16 @@ from graspbench.planning.index import Moves, free_moves, make_index
 from graspbench.planning.indices.mirtich_canny import (
     MirtichCanny,
     MirtichCannyParameters,
-    antipodal_scores,
     mirtich_canny_scores,
+    score_contacts,
 )
 from tests.planning.shapes import ellipsoid, radial
+
+
+def antipodal_scores(points, normals):
+    scores = np.empty(3)
+    score_contacts(np.ascontiguousarray(points), np.ascontiguousarray(normals), scores)
+    return scores[0], scores[2]
 
 
 def star(angles_deg, radius=0.04):

@@ -10,22 +10,25 @@ import pandas as pd
 import pytest
 
 from graspbench.errors import LogError
-from graspbench.results.store import (
-    ResultStore,
-    load_results,
-    read_result,
-    results_frame,
-    to_json,
-    write_atomically,
+from graspbench.results.columns import results_frame
+from graspbench.results.migrations import SCHEMA_VERSION
+from graspbench.results.plain import to_json
+from graspbench.results.store import ResultStore, load_results, read_result, write_atomically
+from graspbench.results.trial_result import (
+    ObjectResult,
+    ProvenanceResult,
+    ReconstructionResult,
+    TrialResult,
 )
 
 
 def _result(trial_id, **more):
-    return {"schema": 2, "trial_id": trial_id, "status": "done", **more}
+    return TrialResult(trial_id=trial_id, status="done", schema=SCHEMA_VERSION, **more)
 
 
 def _write(store, trial_id, **more):
     with store.writing(trial_id) as folder:
+        (folder / "config.yaml").write_text("seed: 0\n")
         (folder / "result.json").write_text(to_json(_result(trial_id, **more)))
 
 
@@ -49,29 +52,30 @@ def test_a_trial_that_raises_leaves_nothing_and_keeps_the_old_one(tmp_path):
     with pytest.raises(RuntimeError):
         fail()
     assert not store.root.exists()
-    _write(store, "abc", value=1)
+    _write(store, "abc", seed=1)
     with pytest.raises(RuntimeError):
         fail()
-    assert store.result("abc")["value"] == 1
+    assert store.result("abc").seed == 1
     assert [path.name for path in store.root.iterdir()] == ["abc"]
 
 
 def test_a_trial_written_again_replaces_the_old_one(tmp_path):
     store = ResultStore(tmp_path)
-    _write(store, "abc", value=1)
-    _write(store, "abc", value=2)
-    assert store.result("abc")["value"] == 2
+    _write(store, "abc", seed=1)
+    _write(store, "abc", seed=2)
+    assert store.result("abc").seed == 2
     assert [path.name for path in tmp_path.iterdir()] == ["abc"]
 
 
 @pytest.mark.parametrize("point", ["before rename", "between renames"])
 def test_a_killed_writer_loses_no_finished_trial(tmp_path, point):
     store = ResultStore(tmp_path)
-    _write(store, "abc", value=1)
+    _write(store, "abc", seed=1)
     script = textwrap.dedent(
         f"""
         import os, pathlib, signal
-        from graspbench.results.store import ResultStore, to_json
+        from graspbench.results.plain import to_json
+        from graspbench.results.store import ResultStore
         rename = pathlib.Path.rename
         calls = []
         def killing(self, target):
@@ -81,12 +85,13 @@ def test_a_killed_writer_loses_no_finished_trial(tmp_path, point):
             return rename(self, target)
         pathlib.Path.rename = killing
         with ResultStore(pathlib.Path({str(tmp_path)!r})).writing("abc") as folder:
-            (folder / "result.json").write_text(to_json({{"schema": 2, "trial_id": "abc", "value": 2}}))
+            new = {{"schema": 3, "trial_id": "abc", "status": "done", "seed": 2}}
+            (folder / "result.json").write_text(to_json(new))
         """
     )
     done = subprocess.run([sys.executable, "-c", script], check=False)
     assert done.returncode == -signal.SIGKILL
-    assert ResultStore(tmp_path).result("abc")["value"] in {1, 2}
+    assert ResultStore(tmp_path).result("abc").seed in {1, 2}
     assert len(ResultStore(tmp_path).results()) == 1
 
 
@@ -103,17 +108,31 @@ def test_json_is_strict():
 
 
 def test_frame_has_dotted_columns_and_no_arrays():
-    frame = results_frame([_result("a", local={"q1": 0.5, "contacts": [1, 2]}), _result("b")])
-    assert list(frame.columns) == ["schema", "trial_id", "status", "local.q1"]
-    assert pd.isna(frame["local.q1"][1])
+    measured = ReconstructionResult(nodes=5, snapshots=2, iterations=3, mesh_mean_mm=0.5)
+    body = ObjectResult("a", 1.0, (0.1, 0.2, 0.3))
+    frame = results_frame([_result("a", object=body, reconstruction=measured), _result("b")])
+    assert list(frame.columns[:4]) == ["trial_id", "status", "reason", "success"]
+    assert frame["reconstruction.mesh_mean_mm"][0] == 0.5
+    assert pd.isna(frame["reconstruction.mesh_mean_mm"][1])
+    assert not [name for name in frame.columns if "extents" in name]
+
+
+def test_frame_has_a_column_for_every_choice_and_override_of_any_trial():
+    first = _result(
+        "a", choice={"surface": "smooth"}, overridden=("camera.width",), config={"camera": {"width": 3}}
+    )
+    second = _result("b", choice={"surface": "thesis"}, config={"camera": {"width": 6}})
+    frame = results_frame([first, second])
+    assert list(frame.columns[4:6]) == ["choice.surface", "camera.width"]
+    assert frame["camera.width"].tolist() == [3, 6]
 
 
 def test_merged_folders_hold_each_trial_once(tmp_path):
     first, second = ResultStore(tmp_path / "one"), ResultStore(tmp_path / "two")
-    _write(first, "abc", value=1)
-    _write(second, "abc", value=2)
-    _write(second, "xyz", value=3)
-    merged = {result["trial_id"]: result["value"] for result in load_results([first.root, second.root])}
+    _write(first, "abc", seed=1)
+    _write(second, "abc", seed=2)
+    _write(second, "xyz", seed=3)
+    merged = {result.trial_id: result.seed for result in load_results([first.root, second.root]).results}
     assert merged == {"abc": 1, "xyz": 3}
 
 
@@ -130,11 +149,43 @@ def test_a_result_of_the_first_schema_is_brought_to_the_present_one(tmp_path):
     path = tmp_path / "result.json"
     path.write_text(to_json(old))
     result = read_result(path)
-    assert result["schema"] == 2
-    assert result["kind"] == "trial"
-    assert result["provenance"] == {
-        "host": None, "started": None, "seconds": None, "cpu": "x", "finished": "then",
-    }  # fmt: skip
+    assert result.schema == SCHEMA_VERSION
+    assert result.kind == "trial"
+    assert result.provenance == ProvenanceResult(cpu="x", finished="then")
     assert json.loads(path.read_text()) == old
     path.write_text(to_json({**old, "motion": {"name": "rotate"}}))
-    assert read_result(path)["kind"] == "manipulation"
+    assert read_result(path).kind == "manipulation"
+
+
+def test_an_old_result_that_executed_nothing_is_no_success(tmp_path):
+    path = tmp_path / "result.json"
+    old = {"schema": 2, "trial_id": "a", "status": "done", "success": True, "execution": None}
+    path.write_text(to_json(old))
+    assert read_result(path).success is None
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "{", '{"schema": 3}', '{"schema": 99}', "[" * 100_000, '{"schema": 2, "provenance": null}'],
+)
+def test_one_unreadable_trial_is_one_row_and_stops_nobody(tmp_path, content):
+    store = ResultStore(tmp_path)
+    _write(store, "abc")
+    _write(store, "bad")
+    (tmp_path / "bad" / "result.json").write_text(content)
+    assert {result.trial_id: result.status for result in store.results()} == {
+        "abc": "done",
+        "bad": "unreadable",
+    }
+    assert sorted(load_results([tmp_path]).folders) == ["abc", "bad"]
+    store.write_table()
+    assert pd.read_csv(tmp_path / "trials.csv")["status"].tolist() == ["done", "unreadable"]
+
+
+def test_a_typed_result_survives_its_json(tmp_path):
+    result = _result("a", times_s={"images": 0.5}, object=ObjectResult("duck", 0.1, (0.1, 0.2, float("nan"))))
+    path = tmp_path / "result.json"
+    path.write_text(to_json(result))
+    found = read_result(path)
+    assert to_json(found) == to_json(result)
+    assert found["object"]["name"] == found.object.name == "duck"

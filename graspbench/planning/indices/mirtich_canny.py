@@ -5,8 +5,8 @@ the largest: the triangle of the three lines through the contacts, perpendicular
 Canny, "Easily computable optimum grasps in 2-D and 3-D", 1994). On nodes no such plane exists exactly, so
 the errors CEI and EEGI may reach a threshold. All combinations of the contacts' contours are looked at, and
 the largest outer triangle within the thresholds is the next grasp; while there is none, the smallest errors
-are. Errors below the thresholds cost a small share of the triangle, or the largest one would always be found
-where an error has just reached its threshold.
+are. The largest triangle is often found where an error has just reached its threshold; with ``error_weight``
+(not in the thesis, off by default) errors below the thresholds cost a share of the triangle.
 
 How many fingers:
 
@@ -27,6 +27,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
 from graspbench.planning.index import INDICES, Moves
+from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.reconstruction.surface import Surface
 
 if TYPE_CHECKING:
@@ -37,17 +38,12 @@ if TYPE_CHECKING:
 class MirtichCannyParameters:
     """Thresholds of the Mirtich-Canny index (thesis A.2)."""
 
-    phi_cei_deg: Annotated[
-        float,
-        Field(
-            gt=0, le=90, description="Largest coplanarity error; two contacts: largest antipodal error, deg"
-        ),
-    ] = 15.0
-    phi_eegi_deg: Annotated[float, Field(gt=0, le=60, description="Largest equilateral error, deg")] = 10.0
+    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
+    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
     error_weight: Annotated[
         float,
         Field(ge=0, lt=1, description="Share of the outer triangle that errors at the thresholds are worth"),
-    ] = 0.15
+    ] = 0.0
 
 
 def mirtich_canny_scores(
@@ -70,24 +66,6 @@ def mirtich_canny_scores(
     _score_all(stacked, np.ascontiguousarray(normals.reshape(-1, 3, 3)), scores)
     shape = points.shape[:-2]
     return scores[:, 0].reshape(shape), scores[:, 1].reshape(shape), scores[:, 2].reshape(shape)
-
-
-def antipodal_scores(points: FloatArray, normals: FloatArray) -> tuple[float, float]:
-    """Evaluate a grasp with two contacts.
-
-    Args:
-        points: Contacts, shape (2, 3), m.
-        normals: Outward unit normals, shape (2, 3).
-
-    Returns:
-        Mean angle between the outward normals and the line through the contacts, in degrees, and the
-        distance in m.
-    """
-    errors = np.empty(3)
-    score_contacts(
-        np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(normals, dtype=float), errors
-    )
-    return float(errors[0]), float(errors[2])
 
 
 @INDICES.register("mirtich_canny")

@@ -1,0 +1,104 @@
+"""The files of the user's that a trial reads, by their content: a changed file is another trial."""
+
+import contextlib
+import hashlib
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from graspbench.errors import GraspbenchError
+from graspbench.geometry import ObjectParameters
+from graspbench.geometry.folders import pick_from_folder
+from graspbench.geometry.reading import companions
+from graspbench.hand import HandParameters
+from graspbench.hand.files import SCHEME, find_urdf
+from graspbench.simulation import SceneParameters
+
+_MAX_FILES = 10_000
+_CHUNK_BYTES = 1 << 20
+_MAX_BYTES = 1 << 30
+_MESH_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
+
+
+def file_digests(item: ObjectParameters, scene: SceneParameters, hand: HandParameters) -> dict[str, str]:
+    """Digest every file that a trial would read besides the configuration and the package's own.
+
+    A file that is missing is left out: the trial itself says so.
+
+    Args:
+        item: The object, which may be a mesh file, one of a folder, or a catalogue entry of the user's.
+        scene: The scene, which may be a folder of images, or have an image on the table.
+        hand: The hand, which may be a URDF with meshes.
+
+    Returns:
+        SHA-256 sums by what the file is for.
+    """
+    return {
+        label: _digest(str(path), path.stat().st_mtime_ns, path.stat().st_size)
+        for label, path in (*_object_files(item), *_scene_files(scene), *_hand_files(hand))
+        if path.is_file()
+    }
+
+
+def _object_files(item: ObjectParameters) -> Iterator[tuple[str, Path]]:
+    if item.entry is not None:
+        yield "object.entry", Path(item.entry).expanduser()
+    if item.mesh is not None:
+        yield from _mesh_files("object.mesh", Path(item.mesh).expanduser())
+    if item.folder is not None:
+        try:
+            picked = pick_from_folder(Path(item.folder).expanduser(), item.id)
+        except (GraspbenchError, OSError):
+            return
+        yield from _mesh_files("object.folder", picked.path)
+
+
+def _mesh_files(label: str, path: Path) -> Iterator[tuple[str, Path]]:
+    """Yield a mesh and the files that it names beside it."""
+    yield label, path
+    try:
+        yield from ((f"{label}:{other.name}", other) for other in companions(path))
+    except (GraspbenchError, OSError):
+        return
+
+
+def _scene_files(scene: SceneParameters) -> Iterator[tuple[str, Path]]:
+    yield "scene.table", Path(scene.table).expanduser()
+    if scene.source == "images" and scene.images_dir is not None:
+        folder = Path(scene.images_dir).expanduser()
+        if folder.is_dir():
+            found = sorted(path for path in folder.rglob("*") if not path.name.startswith("."))
+            for path in found[:_MAX_FILES]:
+                yield f"scene.images_dir:{path.relative_to(folder).as_posix()}", path
+
+
+def _hand_files(hand: HandParameters) -> Iterator[tuple[str, Path]]:
+    if hand.kind != "urdf":
+        return
+    try:
+        urdf, folders = find_urdf(hand.urdf, hand.package_dirs, hand.name)
+        text = urdf.read_text(encoding="utf-8", errors="replace")
+    except (GraspbenchError, OSError):
+        return
+    yield "hand.urdf", urdf
+    for name in sorted(set(_MESH_REFERENCE.findall(text))):
+        relative = name.removeprefix(SCHEME).removeprefix("file://")
+        for folder in (urdf.parent, *folders):
+            if (folder / relative).is_file():
+                yield f"hand.urdf:{name}", folder / relative
+                break
+
+
+@lru_cache(maxsize=4096)
+def _digest(path: str, _modified_ns: int, size: int) -> str:
+    """Return a file's sum; one that has not changed since it was read is not read again.
+
+    Only so much is read as the file says that it has: there are some without an end.
+    """
+    digest, left = hashlib.sha256(str(size).encode()), min(size, _MAX_BYTES)
+    with contextlib.suppress(OSError), open(path, "rb") as stream:  # whoever reads it next says so
+        while left > 0 and (chunk := stream.read(min(left, _CHUNK_BYTES))):
+            digest.update(chunk)
+            left -= len(chunk)
+    return digest.hexdigest()

@@ -1,0 +1,124 @@
+"""What a result says of the physics: the execution of a grasp, and motions in the hand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from graspbench.results.about import About, Number, Part
+
+_NOT_REACHED = "the execution did not come so far"
+
+
+@dataclass(frozen=True)
+class PhaseResult(Part):
+    """How one phase ended."""
+
+    name: Annotated[str, About("The phase")]
+    contacts: Annotated[int, About("Fingers in touch at its end")]
+    contacts_lost: Annotated[int, About("Most fingers out of touch at any time in it")]
+    slip_m: Annotated[Number, About("Net sliding since the squeeze at the contact that slid farthest")]
+    drift_m: Annotated[Number, About("Drift of the object's centre in the palm frame since the squeeze")]
+    turn_deg: Annotated[Number, About("Rotation of the object in the palm frame since the squeeze")]
+    load_weight: Annotated[Number, About("Largest force that the motion asked for at the object's centre")]
+    held: Annotated[bool, About("Whether the object was still in the hand")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExecutedResult(Part):
+    """What came of the planned grasp in the simulated world."""
+
+    success: Annotated[bool, About("Whether every phase asked for ended well")]
+    reason: Annotated[str | None, About("Why not", empty="it did")]
+    fingers: Annotated[int, About("Fingers that should touch")]
+    contacts_made: Annotated[int, About("Fingers that touched by the end of the closing")]
+    contact_time_s: Annotated[tuple[Number, ...], About("When each finger touched")]
+    contact_error_m: Annotated[
+        tuple[Number, ...], About("Distance of each real contact from the planned one")
+    ]
+    tip_error_max_m: Annotated[Number, About("Largest distance of a fingertip from its path before touch")]
+    palm_error_max_m: Annotated[Number, About("Largest distance of the palm from where it was wanted")]
+    object_displacement_m: Annotated[Number, About("How far the closing moved the object's centre")]
+    object_turn_deg: Annotated[Number, About("How far the closing turned the object")]
+    grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
+    time_s: Annotated[Number, About("Simulated time")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
+    phases: Annotated[
+        Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
+    ] = field(default_factory=dict)
+    pushes_weight: Annotated[
+        tuple[Number, ...] | None,
+        About("Largest push resisted along +x, -x, +y, -y, +z, -z", empty="no pushes were asked for"),
+    ] = None
+    largest_push_weight: Annotated[
+        Number | None, About("Push resisted in the weakest direction", empty="no pushes were asked for")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManipulationSummary(Part):
+    """What came of an in-hand motion, kinematically."""
+
+    duration_s: Annotated[Number, About("Duration of the motion")]
+    position_error_max_m: Annotated[Number, About("Largest position error of the object")]
+    rotation_error_max_deg: Annotated[Number, About("Largest orientation error of the object")]
+    contact_drift_max_m: Annotated[
+        Number, About("Farthest that a contact got from where its type lets it be")
+    ]
+    closed_chain_residual_max_m: Annotated[Number, About("Largest residual of the closed chain")]
+    joint_velocity_max_rad_s: Annotated[Number, About("Largest joint velocity")]
+    redundant: Annotated[bool, About("Whether the grasp is redundant")]
+    indeterminate: Annotated[bool, About("Whether the grasp is indeterminate")]
+    degrees_of_freedom: Annotated[int, About("Degrees of freedom of hand and object")]
+    force_margin_min_n: Annotated[
+        Number, About("Smallest margin to a friction cone's side", empty="no forces balance the weight")
+    ]
+    balanced_share: Annotated[Number, About("Share of the motion in which contact forces balance the weight")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayedResult(Part):
+    """What came of an in-hand motion when it was played in physics."""
+
+    success: Annotated[bool, About("Whether the object was held to the end")]
+    grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
+    phases: Annotated[
+        Mapping[str, PhaseResult], About("Squeeze, lift, hold and the motion", empty=_NOT_REACHED)
+    ] = field(default_factory=dict)
+    position_error_max_m: Annotated[
+        Number | None, About("Largest position error of the object", empty=_NOT_REACHED)
+    ] = None
+    position_error_end_m: Annotated[Number | None, About("Position error at the end", empty=_NOT_REACHED)] = (
+        None
+    )
+    rotation_error_max_deg: Annotated[
+        Number | None, About("Largest orientation error", empty=_NOT_REACHED)
+    ] = None
+    rotation_error_end_deg: Annotated[
+        Number | None, About("Orientation error at the end", empty=_NOT_REACHED)
+    ] = None
+    moved_max_m: Annotated[
+        Number | None, About("How far its centre moved in the palm frame", empty=_NOT_REACHED)
+    ] = None
+    turned_max_deg: Annotated[
+        Number | None, About("How far it turned in the palm frame", empty=_NOT_REACHED)
+    ] = None
+    histories: Annotated[
+        Mapping[str, tuple[Number, ...]], About("Errors and motion by time", column=False)
+    ] = field(default_factory=dict)
