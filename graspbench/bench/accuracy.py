@@ -11,6 +11,7 @@ from graspbench.bench.hull_reference import OrientedCloud, hull_border, triangle
 from graspbench.compiled import compiled
 from graspbench.perception.camera import Camera
 from graspbench.perception.silhouette import Silhouette, silhouette_of_mask
+from graspbench.reconstruction.preshape import polyhedron_vertices
 from graspbench.reconstruction.visual_hull import VisualHull
 
 MAGNIFICATION = 4
@@ -93,8 +94,9 @@ def build_reference(
     names = [silhouette.station for silhouette in silhouettes]
     hull = VisualHull(exact_silhouettes(vertices, faces, cameras, names, magnification=MAGNIFICATION), ground)
     masks = [silhouette_of_mask(s.station, s.mask, s.camera) for s in silhouettes]
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
     # The hull sticks out of the object's own box where no camera looks along the box's sides.
+    corners = polyhedron_vertices(masks, vertices.mean(axis=0), ground=ground)
+    low, high = corners.min(axis=0), corners.max(axis=0)
     border = hull_border(hull, low - MARGIN_M, high + MARGIN_M, spacing_m=spacing_m)
     corner = border.points.min(axis=0) - MARGIN_M
     counts = np.ceil((border.points.max(axis=0) + MARGIN_M - corner) / spacing_m).astype(np.int64)

@@ -10,8 +10,8 @@ from graspbench.config.trial_config import TrialConfig
 from graspbench.geometry import load_object
 from graspbench.perception import Silhouette, silhouettes
 from graspbench.perception.camera import Camera
-from graspbench.perception.detection import detect_centre
-from graspbench.perception.stations import place_stations
+from graspbench.perception.detection import detect_object
+from graspbench.perception.stations import fit_stations, place_stations
 from graspbench.simulation import World
 from graspbench.simulation.capture import EyeInHand
 
@@ -54,8 +54,9 @@ def photograph(config: TrialConfig, *, repeats: int) -> Photographs:
     with World(model, config.scene, config.seed) as world:
         pose = world.object_pose()
         with EyeInHand(world, config.camera, config.seed) as camera:
-            centre = detect_centre(camera.take, config.stations, config.silhouette)
-            stations = place_stations(centre, config.stations)
+            centre, radius_m = detect_object(camera.take, config.stations, config.silhouette)
+            fitted = fit_stations(config.stations, config.camera.intrinsics, radius_m)
+            stations = place_stations(centre, fitted)
             images_s, views = best_time(lambda: [camera.take(station) for station in stations], repeats)
             true_cameras = tuple(true for _, true in camera.true_cameras[-len(stations) :])
     silhouettes_s, found = best_time(lambda: silhouettes(views, config.silhouette), repeats + 2)

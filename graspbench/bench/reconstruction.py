@@ -99,11 +99,13 @@ def _surface_rows(
     parameters: SurfaceParameters, silhouettes: Sequence[Silhouette], reference: Reference, quick: bool
 ) -> Iterator[Row]:
     """Measure the reconstructions that end with a network of nodes."""
+    parameters = replace(parameters, method="elastic")
     tight = replace(parameters, pull="normal", wrap="hull")
     methods = (
         ("elastic", parameters, 20),
         ("elastic, pull=normal", tight, 1),
         ("radial bisection", replace(parameters, method="radial"), 5),
+        ("hull net", replace(parameters, method="hull_net", levels=1), 5),
     )
     for name, chosen, repeats in methods:
         if quick:
@@ -114,7 +116,8 @@ def _surface_rows(
         once = _resting(silhouettes, chosen)
         seconds, surface = best_time(once, 1 if quick else repeats)
         accuracy = measure(surface.points, surface.network.faces, reference)
-        yield _row(name, seconds, accuracy, nodes=reference.hull.distances_from(surface.points))
+        nodes = reference.hull.distances_from(surface.points)
+        yield _row(name, seconds, accuracy, nodes=nodes, genus=surface.network.genus)
 
 
 def _resting(silhouettes: Sequence[Silhouette], parameters: SurfaceParameters) -> Callable[[], Surface]:
@@ -148,12 +151,15 @@ def _row(
     accuracy: Accuracy | None,
     *,
     nodes: FloatArray | None = None,
+    genus: int | None = None,
     note: str = "",
 ) -> Row:
     a = accuracy
     return {
         "method": method,
         "time_ms": None if seconds is None else 1e3 * seconds,
+        "nodes": None if nodes is None else len(nodes),
+        "genus": genus,
         "node_hull_mean_mm": None if nodes is None else 1e3 * float(nodes.mean()),
         "hull_mean_mm": a and 1e3 * a.hull_mean_m,
         "hull_hausdorff_mm": a and 1e3 * a.hull_hausdorff_m,

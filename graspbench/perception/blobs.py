@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from graspbench.arrays import BoolArray
+from graspbench.arrays import BoolArray, IntArray
 
 ByteMask: TypeAlias = npt.NDArray[np.uint8]
 
@@ -47,3 +47,23 @@ def fill_holes(mask: BoolArray) -> BoolArray:
     cv2.floodFill(outside, None, (0, 0), 2, flags=4)
     filled: BoolArray = outside[1:-1, 1:-1] != 2
     return filled
+
+
+def holes(mask: BoolArray) -> tuple[int, IntArray]:
+    """Return the number of holes that do not open to the image's border, and each pixel's hole.
+
+    Returns:
+        Their number, and an image with 1, 2, ... in the holes and 0 elsewhere.
+    """
+    inner = fill_holes(mask) & ~mask
+    count, labels = cv2.connectedComponents(inner.astype(np.uint8), connectivity=4)
+    return count - 1, labels.astype(np.int64)
+
+
+def fill_holes_but(mask: BoolArray, kept: BoolArray) -> BoolArray:
+    """Fill every hole that has no pixel in ``kept``, shape (h, w) like the mask."""
+    if not kept.any():
+        return fill_holes(mask)
+    count, labels = holes(mask)
+    filled: BoolArray = mask | ((labels > 0) & ~np.isin(labels, np.unique(labels[kept])))
+    return filled if count else mask

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from graspbench.arrays import FloatArray, ImageArray
+from graspbench.arrays import BoolArray, FloatArray, ImageArray
 from graspbench.errors import StationError
 
 
@@ -149,11 +149,13 @@ class View:
         station: Name of the station, for example "top", "outer-3".
         image: RGB image, shape (height, width, 3).
         camera: The calibrated camera that took it (what the robot believes, noise included).
+        mask: Where the object is, shape (height, width), if that is known from elsewhere.
     """
 
     station: str
     image: ImageArray
     camera: Camera
+    mask: BoolArray | None = None
 
 
 def look_at(position: FloatArray, target: FloatArray) -> FloatArray:

@@ -1,13 +1,14 @@
 """The detection pass: turn the camera until its optical axis meets the object (thesis 3.2.1)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import View, look_at
-from graspbench.perception.silhouette import SilhouetteParameters, silhouettes
+from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, silhouettes
 from graspbench.perception.stations import Station, StationParameters
 from graspbench.perception.triangulation import triangulate_centre
 
@@ -17,10 +18,22 @@ _TREMBLING_M = 2e-2
 _SLANTS_DEG = ((0.0, 0.0), (45.0, 0.0), (45.0, 90.0))
 
 
-def detect_centre(
+class Detection(NamedTuple):
+    """Where the object is, and how large.
+
+    Attributes:
+        centre: Estimated centre in the world, shape (3,).
+        radius_m: Radius of a ball around it that holds what the wide views show.
+    """
+
+    centre: FloatArray
+    radius_m: float
+
+
+def detect_object(
     take: Callable[[Station], View], parameters: StationParameters, blobs: SilhouetteParameters
-) -> FloatArray:
-    """Find the object's centre by blob analysis in wide views.
+) -> Detection:
+    """Find the object's centre and size by blob analysis in wide views.
 
     The camera starts above the table's origin. Each round looks at the present guess from above and
     from two sides and moves the guess to where the rays through the blobs' centroids meet, until it stays
@@ -30,9 +43,6 @@ def detect_centre(
         take: Moves the camera to a station and returns its image.
         parameters: Distance of the wide views.
         blobs: How a blob is told from the background.
-
-    Returns:
-        The estimated centre in the world, shape (3,).
 
     Raises:
         ImageError: No object, or no single one, is in view.
@@ -59,15 +69,28 @@ def detect_centre(
         previous, guess = guess, triangulate_centre(found)
         moved = float(np.linalg.norm(guess - previous))
         if moved < _SETTLED_M:
-            return guess
+            return Detection(guess, _radius(found, guess))
     # Uncertain poses of the camera keep the guess trembling; it is still good enough to place stations.
     if moved < _TREMBLING_M:
-        return guess
+        return Detection(guess, _radius(found, guess))
     raise StationError(
         f"the optical axis still moves by {1e3 * moved:.1f} mm after {_MOST_ROUNDS} looks at the object",
         remedy="check that the object does not move and that the camera is calibrated",
         moved_m=moved,
     )
+
+
+def _radius(found: Sequence[Silhouette], centre: FloatArray) -> float:
+    """Return the radius of the smallest ball about the centre whose cones hold all silhouettes."""
+    radii = []
+    for silhouette in found:
+        rows, columns = np.nonzero(silhouette.mask)
+        rays = silhouette.camera.rays(np.column_stack((columns + 0.5, rows + 0.5)))
+        towards = centre - silhouette.camera.position
+        distance = float(np.linalg.norm(towards))
+        cosine = float((rays @ (towards / distance)).min())
+        radii.append(distance * np.sqrt(1.0 - cosine**2))
+    return float(max(radii))
 
 
 def _wide_station(

@@ -79,7 +79,13 @@ def ideal_view(view: View) -> View:
     columns, rows = _distorted_lookup(k)
     image = cv2.remap(view.image, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     ideal = replace(k, distortion=(0.0, 0.0, 0.0, 0.0, 0.0))
-    return View(view.station, image, Camera(ideal, view.camera.transform_camera_to_world))
+    mask = view.mask
+    if mask is not None:
+        share = cv2.remap(
+            mask.astype(np.float32), columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        mask = np.asarray(share >= 0.5)
+    return View(view.station, image, Camera(ideal, view.camera.transform_camera_to_world), mask)
 
 
 def pixel_centres(width: int, height: int) -> FloatArray:

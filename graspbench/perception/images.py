@@ -18,6 +18,10 @@ A view may carry ``intrinsics`` of its own. ``pixel_centre`` is the coordinate o
 centre in ``cx`` and ``cy``: 0.5 here, 0 for a calibration by OpenCV. ``distortion`` is k1, k2, p1, p2,
 k3, in OpenCV's order. The optical frame has x right, y down, z forward; the table top is the plane
 z = 0 of the world.
+
+Instead of this file the folder may hold a COLMAP model or OpenCV's camera files; see `cameras_colmap` and
+`cameras_opencv`. Beside a photograph ``NAME.jpg`` a mask ``NAME_mask.png`` may say where the object is
+(brighter than half); then the photograph's colours are not asked.
 """
 
 import json
@@ -31,13 +35,15 @@ import numpy as np
 import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from graspbench.arrays import FloatArray, ImageArray
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import Camera, Intrinsics, View
+from graspbench.perception.cameras_colmap import find_colmap, read_colmap
+from graspbench.perception.cameras_opencv import find_opencv, read_opencv
+from graspbench.perception.image_file import ExifOrientation, read_image, read_mask
+from graspbench.perception.placed_image import MASK_ENDING, PlacedImage, check_rigid
 from graspbench.perception.stations import MINIMUM_VIEWS
 
 CAMERA_FILES = ("cameras.json", "cameras.yaml", "cameras.yml")
-_RIGIDITY_TOLERANCE = 1e-4
 
 Row = tuple[float, float, float, float]
 
@@ -89,6 +95,8 @@ def save_views(views: Sequence[View], folder: Path | str) -> None:
         name = f"{view.station}.png"
         if not cv2.imwrite(str(path / name), view.image[..., ::-1]):
             raise ImageError(f"image {path / name} cannot be written", path=str(path / name))
+        if view.mask is not None:
+            cv2.imwrite(str(path / f"{view.station}{MASK_ENDING}.png"), view.mask.astype(np.uint8) * 255)
         entries.append(
             {
                 "station": view.station,
@@ -101,14 +109,16 @@ def save_views(views: Sequence[View], folder: Path | str) -> None:
     (path / CAMERA_FILES[0]).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def load_views(folder: Path | str | None) -> tuple[View, ...]:
-    """Read a folder of images and its camera file.
+def load_views(folder: Path | str | None, exif: ExifOrientation = "refuse") -> tuple[View, ...]:
+    """Read a folder of images and its camera files.
 
     Args:
         folder: See the module's description.
+        exif: What to do with a photograph whose EXIF data say that it is turned: turn it, take its pixels as
+            they are stored, or refuse it.
 
     Raises:
-        ImageError: The folder, its camera file or an image is missing or unreadable.
+        ImageError: The folder, its camera file, an image or a mask is missing or unreadable.
         StationError: The stations are too few, share a name, or a pose is not rigid.
     """
     if folder is None:
@@ -116,8 +126,8 @@ def load_views(folder: Path | str | None) -> tuple[View, ...]:
             "no folder of images is given", remedy="set scene.images_dir to one that holds cameras.json"
         )
     path = Path(folder).expanduser()
-    document = _read_camera_file(path)
-    names = [entry.station for entry in document.views]
+    placed = _find_cameras(path)
+    names = [image.station for image in placed]
     if len(names) < MINIMUM_VIEWS:
         raise StationError(
             f"{len(names)} views in {path} are too few to see an object from all around",
@@ -127,18 +137,47 @@ def load_views(folder: Path | str | None) -> tuple[View, ...]:
     doubles = sorted({name for name in names if names.count(name) > 1})
     if doubles:
         raise StationError(f"several views in {path} are called '{doubles[0]}'", path=str(path))
-    return tuple(_load_view(path, document, entry) for entry in document.views)
+    return tuple(_load_view(image, path, exif) for image in placed)
 
 
-def _read_camera_file(folder: Path) -> _CameraFile:
-    """Find, parse and check the camera file."""
-    path = next((folder / name for name in CAMERA_FILES if (folder / name).is_file()), None)
-    if path is None:
-        raise ImageError(
-            f"{folder} holds no {CAMERA_FILES[0]}",
-            remedy="give a folder with images and a file of their cameras",
-            path=str(folder),
-        )
+def _find_cameras(folder: Path) -> list[PlacedImage]:
+    """Read the cameras from whatever file there is."""
+    own = next((folder / name for name in CAMERA_FILES if (folder / name).is_file()), None)
+    if own is not None:
+        return _read_own(folder, own)
+    if folder.is_dir():
+        if (model := find_colmap(folder)) is not None:
+            return read_colmap(folder, model)
+        if find_opencv(folder):
+            return read_opencv(folder)
+    raise ImageError(
+        f"{folder} holds no {CAMERA_FILES[0]}, no COLMAP model and no camera files of OpenCV",
+        remedy="give a folder with images and a file of their cameras",
+        path=str(folder),
+    )
+
+
+def _read_own(folder: Path, path: Path) -> list[PlacedImage]:
+    document = _read_camera_file(path)
+    shift = 0.5 - document.pixel_centre
+    placed = []
+    for entry in document.views:
+        calibration = entry.intrinsics or document.intrinsics
+        if calibration is None:
+            raise ImageError(
+                f"view '{entry.station}' in {folder} has no intrinsics",
+                remedy="give them for all views at the top of the camera file, or for each view",
+                station=entry.station,
+            )
+        k = Intrinsics(**asdict(calibration))
+        k = replace(k, cx=k.cx + shift, cy=k.cy + shift)
+        pose = np.array(entry.transform_camera_to_world)
+        placed.append(PlacedImage(entry.station, folder / entry.file, k, pose))
+    return placed
+
+
+def _read_camera_file(path: Path) -> _CameraFile:
+    """Parse and check the project's own camera file."""
     try:
         text = path.read_text(encoding="utf-8")
         content: Any = json.loads(text) if path.suffix == ".json" else yaml.safe_load(text)
@@ -152,48 +191,23 @@ def _read_camera_file(folder: Path) -> _CameraFile:
         raise ImageError(f"{path} cannot be read: {reason}", path=str(path)) from None
 
 
-def _load_view(folder: Path, document: _CameraFile, entry: _ViewEntry) -> View:
-    """Read one image and check it against its camera."""
-    calibration = entry.intrinsics or document.intrinsics
-    if calibration is None:
+def _load_view(placed: PlacedImage, folder: Path, exif: ExifOrientation) -> View:
+    """Read one image and its mask, and check them against the camera."""
+    k, path = placed.intrinsics, placed.path
+    image = read_image(path, exif)
+    if image.shape[:2] != (k.height, k.width):
         raise ImageError(
-            f"view '{entry.station}' in {folder} has no intrinsics",
-            remedy="give them for all views at the top of the camera file, or for each view",
-            station=entry.station,
+            f"{path} has {image.shape[1]} x {image.shape[0]} pixels, its intrinsics say "
+            f"{k.width} x {k.height}",
+            remedy="give the camera of these very pixels; see scene.exif_orientation for turned photographs",
+            station=placed.station,
         )
-    shift = 0.5 - document.pixel_centre
-    intrinsics = Intrinsics(**asdict(calibration))
-    intrinsics = replace(intrinsics, cx=intrinsics.cx + shift, cy=intrinsics.cy + shift)
-    image = _read_image(folder / entry.file)
-    if image.shape[:2] != (intrinsics.height, intrinsics.width):
-        raise ImageError(
-            f"{folder / entry.file} has {image.shape[1]} x {image.shape[0]} pixels, its intrinsics say "
-            f"{intrinsics.width} x {intrinsics.height}",
-            station=entry.station,
-        )
-    pose = np.array(entry.transform_camera_to_world)
-    _check_rigid(pose, entry.station, folder)
-    return View(entry.station, image, Camera(intrinsics, pose))
-
-
-def _read_image(path: Path) -> ImageArray:
-    data = np.frombuffer(path.read_bytes(), dtype=np.uint8) if path.is_file() else None
-    image = None if data is None or len(data) == 0 else cv2.imdecode(data, cv2.IMREAD_COLOR)
-    if image is None:
-        raise ImageError(f"image {path} is missing or unreadable", path=str(path))
-    return np.ascontiguousarray(image[..., ::-1])
-
-
-def _check_rigid(pose: FloatArray, station: str, folder: Path) -> None:
-    rotation = pose[:3, :3]
-    rigid = (
-        np.allclose(rotation @ rotation.T, np.eye(3), atol=_RIGIDITY_TOLERANCE)
-        and np.linalg.det(rotation) > 0.0
-        and np.allclose(pose[3], (0.0, 0.0, 0.0, 1.0))
-    )
-    if not rigid:
+    pose = placed.transform_camera_to_world
+    check_rigid(pose, placed.station, folder)
+    if pose[2, 3] <= 0.0:
         raise StationError(
-            f"the pose of view '{station}' in {folder} is not a rotation and a translation",
-            remedy="give transform_camera_to_world as a homogeneous matrix, row by row",
-            station=station,
+            f"the camera of view '{placed.station}' in {folder} is below the table (z = {pose[2, 3]:.3g} m)",
+            remedy="give poses in a world whose plane z = 0 is the table top, z upwards, lengths in metres",
+            station=placed.station,
         )
+    return View(placed.station, image, Camera(k, pose), read_mask(path, image.shape[:2], exif))

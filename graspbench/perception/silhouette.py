@@ -1,7 +1,7 @@
 """Silhouettes: where in an image the object is (thesis 3.2.2)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import cv2
@@ -12,7 +12,16 @@ from pydantic import Field
 from graspbench.arrays import BoolArray, FloatArray, ImageArray
 from graspbench.errors import ImageError
 from graspbench.perception.background import Background, FloatImage, learn_background
-from graspbench.perception.blobs import ByteMask, clean, close, fill_holes, largest_blob
+from graspbench.perception.blobs import (
+    ByteMask,
+    clean,
+    close,
+    disc,
+    fill_holes,
+    fill_holes_but,
+    holes,
+    largest_blob,
+)
 from graspbench.perception.camera import Camera, View
 from graspbench.perception.coverage import estimate_coverage
 from graspbench.perception.distortion import ideal_view
@@ -28,6 +37,7 @@ _DOUBTFUL_BLUR_PX = 0.8
 _FAINT = 0.7
 _MOST_REFINEMENTS = 6
 _MOVED_FRACTION = 0.05
+_SURE_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,12 @@ class SilhouetteParameters:
     dilation_px: Annotated[
         int, Field(ge=0, le=20, description="Dilation that follows, and closes gaps, pixels")
     ] = 1
-    fill_holes: Annotated[bool, Field(description="Whether holes in the silhouette are filled")] = True
+    fill_holes: Annotated[
+        bool, Field(description="Fill all holes; else those that do not show the background for sure")
+    ] = False
+    hole_fraction: Annotated[
+        float, Field(ge=0, lt=1, description="Smallest hole, fraction of the filled silhouette's area")
+    ] = 0.015
     smallest_area_px: Annotated[
         int, Field(ge=1, description="Smallest area that counts as an object, pixels")
     ] = 64
@@ -86,6 +101,45 @@ class Silhouette:
     camera: Camera
     window: tuple[int, int, int, int]
     coverage: FloatImage
+    margin_px: int = 0
+
+    @property
+    def image_mask(self) -> BoolArray:
+        """The mask within the image."""
+        return self.mask[
+            self.margin_px : self.mask.shape[0] - self.margin_px,
+            self.margin_px : self.mask.shape[1] - self.margin_px,
+        ]
+
+    @property
+    def holes(self) -> int:
+        """Number of holes through which the background is seen."""
+        top, bottom, left, right = self.window
+        return holes(self.mask[top:bottom, left:right])[0]
+
+
+def without_holes(silhouettes: Sequence[Silhouette]) -> tuple[Silhouette, ...]:
+    """Return silhouettes with their holes filled; those without holes as they are."""
+    return tuple(_filled(silhouette) if silhouette.holes else silhouette for silhouette in silhouettes)
+
+
+def _filled(silhouette: Silhouette) -> Silhouette:
+    top, bottom, left, right = silhouette.window
+    inside = silhouette.mask[top:bottom, left:right]
+    filled = fill_holes(inside)
+    # The rim of a hole is covered in part, within two pixels of it.
+    rim = cv2.dilate((filled & ~inside).astype(np.uint8), disc(2)).astype(np.bool_) & filled
+    outer = cv2.erode(filled.astype(np.uint8), disc(1), borderValue=0).astype(np.bool_)
+    coverage = np.where(rim & outer, np.float32(1.0), silhouette.coverage)
+    found = _describe(
+        silhouette.station,
+        filled,
+        silhouette.window,
+        coverage,
+        silhouette.camera,
+        fills=silhouette.margin_px > 0,
+    )
+    return replace(found, margin_px=silhouette.margin_px)
 
 
 def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tuple[Silhouette, ...]:
@@ -103,13 +157,42 @@ def silhouettes(views: Sequence[View], parameters: SilhouetteParameters) -> tupl
             the only one; the error names the station.
     """
     ideal = [ideal_view(view) for view in views]
-    small = [_shrink(view.image) for view in ideal]
-    if not ideal:
-        return ()
+    small = [_shrink(view.image) for view in ideal if view.mask is None]
+    if not small:
+        return tuple(_given(view) for view in ideal)
     background = learn_background(small, parameters.darkest_shadow, parameters.border_fraction)
+    coarse = iter(small)
     return tuple(
-        _silhouette(view, coarse, background, parameters) for view, coarse in zip(ideal, small, strict=True)
+        _silhouette(view, next(coarse), background, parameters) if view.mask is None else _given(view)
+        for view in ideal
     )
+
+
+def _given(view: View) -> Silhouette:
+    """Describe the mask that came with a view; where it meets the border, the object goes on beyond."""
+    mask, k = view.mask, view.camera.intrinsics
+    assert mask is not None, "only views with a mask are asked"
+    if not mask.any():
+        raise ImageError(f"the mask of station {view.station} is empty", station=view.station)
+    sides = (mask[0].any(), mask[-1].any(), mask[:, 0].any(), mask[:, -1].any())
+    if not any(sides):
+        return _described_mask(view.station, mask, view.camera)
+    # Beyond a side that cuts the object nothing is known, so that nothing there may be carved away.
+    margin = max(k.width, k.height) // 2
+    wide = np.pad(mask, margin)
+    wide[1:margin, 1:-1] |= sides[0]
+    wide[-margin:-1, 1:-1] |= sides[1]
+    wide[1:-1, 1:margin] |= sides[2]
+    wide[1:-1, -margin:-1] |= sides[3]
+    k = replace(k, width=wide.shape[1], height=wide.shape[0], cx=k.cx + margin, cy=k.cy + margin)
+    found = _described_mask(view.station, wide, Camera(k, view.camera.transform_camera_to_world))
+    seen = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+    return replace(found, margin_px=margin, centroid=seen + margin)
+
+
+def _described_mask(station: str, mask: BoolArray, camera: Camera) -> Silhouette:
+    whole = (0, mask.shape[0], 0, mask.shape[1])
+    return _describe(station, mask, whole, mask.astype(np.float32), camera, fills=True)
 
 
 def silhouette_of_mask(station: str, mask: BoolArray, camera: Camera) -> Silhouette:
@@ -128,16 +211,22 @@ def silhouette_of_mask(station: str, mask: BoolArray, camera: Camera) -> Silhoue
 
 
 def _describe(
-    station: str, inside: BoolArray, window: tuple[int, int, int, int], coverage: FloatImage, camera: Camera
+    station: str,
+    inside: BoolArray,
+    window: tuple[int, int, int, int],
+    coverage: FloatImage,
+    camera: Camera,
+    *,
+    fills: bool = False,
 ) -> Silhouette:
-    """Describe a mask and its coverage, given on a window of the image, as a silhouette."""
+    """Describe a mask and its coverage, given on a window of the image; ``fills``: it may fill the image."""
     height, width = camera.intrinsics.height, camera.intrinsics.width
     per_row, per_column = inside.sum(axis=1), inside.sum(axis=0)
     rows, columns = np.flatnonzero(per_row), np.flatnonzero(per_column)
     if len(rows) == 0:
         raise _empty(station)
     area = float(per_row.sum())
-    if area > _FULL_FRACTION * height * width:
+    if area > _FULL_FRACTION * height * width and not fills:
         raise _full(station)
     top, bottom = window[0] + int(rows[0]), window[0] + int(rows[-1]) + 1
     left, right = window[2] + int(columns[0]), window[2] + int(columns[-1]) + 1
@@ -187,6 +276,7 @@ def _refine(
     image: ImageArray, blob: BoolArray, steps: int, parameters: SilhouetteParameters
 ) -> tuple[BoolArray, FloatImage]:
     """Move the outline, a pixel at a step, to where the colour is half way between both sides."""
+    kept = fill_holes(blob) & ~blob
     for _ in range(steps):
         coverage = estimate_coverage(image, blob)
         # Smoothing settles the pixels that are covered by half along the outline they belong to.
@@ -194,8 +284,7 @@ def _refine(
         inside = largest_blob(half.astype(np.uint8))
         if inside is None:
             return blob, coverage
-        if parameters.fill_holes:
-            inside = fill_holes(inside)
+        inside = fill_holes_but(inside, kept)
         moved = np.count_nonzero(inside != blob)
         outline = np.count_nonzero((coverage > 0.0) & (coverage < 1.0))
         blob = inside
@@ -220,7 +309,25 @@ def _blob(
         blob = largest_blob(close(_clean(mask, parameters), deeper))
     if blob is None:
         raise _empty(station)
-    return (fill_holes(blob) if parameters.fill_holes else blob), doubtful
+    return fill_holes_but(blob, _true_holes(blob, distance, background.noise, parameters)), doubtful
+
+
+def _true_holes(
+    blob: BoolArray, distance: FloatImage, noise: float, parameters: SilhouetteParameters
+) -> BoolArray:
+    """Return the holes that are large enough and mostly show the background, shape (h, w)."""
+    true = np.zeros_like(blob)
+    if parameters.fill_holes:
+        return true
+    near = max(noise, _SURE_SHARE * parameters.contrast)
+    count, labels = holes(blob)
+    smallest = parameters.hole_fraction * (np.count_nonzero(blob) + np.count_nonzero(labels))
+    for hole in range(1, count + 1):
+        inside = labels == hole
+        # On its rim object and background mix.
+        if np.count_nonzero(inside) >= smallest and np.median(distance[inside]) <= near:
+            true |= inside
+    return true
 
 
 def _locate(

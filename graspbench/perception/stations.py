@@ -1,6 +1,6 @@
 """The stations from which the camera looks at the object (thesis 3.2.1)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -8,7 +8,7 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import StationError
-from graspbench.perception.camera import look_at
+from graspbench.perception.camera import Intrinsics, look_at
 
 MINIMUM_VIEWS = 3
 
@@ -37,6 +37,18 @@ class StationParameters:
     inner: Annotated[Ring, Field(description="The ring nearer to the vertical")] = field(
         default_factory=lambda: Ring(4, 0.28, 35.0, 22.5)
     )
+    fit: Annotated[
+        bool, Field(description="Scale the stations' distances so that the object fills `fill` of the image")
+    ] = True
+    fill: Annotated[
+        float,
+        Field(
+            gt=0, le=0.85, description="Share of the image's shorter half that a ball about the object fills"
+        ),
+    ] = 0.6
+    nearest_m: Annotated[
+        float, Field(gt=0, description="The camera comes no nearer than this to the centre when it fits, m")
+    ] = 0.15
     home_distance_m: Annotated[
         float, Field(gt=0, description="Distance of the wide views of the detection pass, m")
     ] = 0.8
@@ -59,6 +71,35 @@ class Station:
 
     name: str
     transform_camera_to_world: FloatArray
+
+
+def fit_stations(parameters: StationParameters, intrinsics: Intrinsics, radius_m: float) -> StationParameters:
+    """Scale a station set's distances, all by one factor, so that the object fills the image as wished.
+
+    Args:
+        parameters: The station set; returned as it is if ``fit`` is off.
+        intrinsics: The camera's.
+        radius_m: Of a ball about the object's centre that holds it.
+
+    Returns:
+        The same directions; the nearest station shows the ball as large as asked, or is at ``nearest_m``.
+    """
+    distances = [parameters.top_distance_m] if parameters.top else []
+    for ring in (parameters.outer, parameters.inner):
+        if ring.count and ring.radius_m > 0.0 and 0.0 < ring.angle_deg < 90.0:
+            distances.append(ring.radius_m / float(np.sin(np.radians(ring.angle_deg))))
+    if not parameters.fit or not distances:
+        return parameters
+    k = intrinsics
+    half = min(min(k.cx, k.width - k.cx) / k.fx, min(k.cy, k.height - k.cy) / k.fy)
+    wanted = radius_m / float(np.sin(np.arctan(parameters.fill * half)))
+    factor = max(wanted, parameters.nearest_m) / min(distances)
+    return replace(
+        parameters,
+        top_distance_m=factor * parameters.top_distance_m,
+        outer=replace(parameters.outer, radius_m=factor * parameters.outer.radius_m),
+        inner=replace(parameters.inner, radius_m=factor * parameters.inner.radius_m),
+    )
 
 
 def place_stations(centre: FloatArray, parameters: StationParameters) -> tuple[Station, ...]:

@@ -21,6 +21,7 @@ from graspbench.planning.progress import PlanningStep, formed_shares
 from graspbench.planning.restart import restart
 from graspbench.planning.settling import Follower
 from graspbench.planning.single_follower import SingleFollower
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
 FoundBy = Literal["follower", "restart"]
@@ -245,6 +246,11 @@ def _step_qualities(steps: list[PlanningStep], last: Surface, judge: Judge) -> t
     if not steps:
         return ()
     return tuple(
-        StepQuality(float(formed), step.followers, step.score, judge.quality_on(last, step.vertices))
+        StepQuality(
+            float(formed),
+            step.followers,
+            step.score,
+            judge.quality_on(last, carry_over(step.vertices, step.surface, last)),
+        )
         for formed, step in zip(formed_shares(steps), steps, strict=True)
     )

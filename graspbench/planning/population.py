@@ -15,7 +15,8 @@ from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.progress import PlanningStep, step_of
 from graspbench.planning.screen import climb_freely, nearest_allowed
-from graspbench.planning.settling import Follower
+from graspbench.planning.settling import Follower, arrive
+from graspbench.reconstruction.carrying import mean_distance
 from graspbench.reconstruction.surface import Surface
 
 MAX_TRIES = 60
@@ -65,6 +66,7 @@ class Population:
         nearest = nearest_allowed(surface, allowed)
         met: dict[tuple[int, ...], tuple[InitialGrasp, Follower]] = {}
         for initial, follower in self._members:
+            arrive(follower, surface)
             follower.followed = follower.vertices
             vertices = nearest[follower.vertices]
             if len(set(vertices.tolist())) == len(vertices):
@@ -165,7 +167,7 @@ class Population:
         alive, most = len(self._members), self._judge.planner.followers
         if alive <= most or self._before is None:
             return alive
-        moved = np.linalg.norm(surface.points - self._before.points, axis=1).mean()
+        moved = mean_distance(self._before, surface)
         size = np.linalg.norm(surface.points - surface.centroid, axis=1).mean()
         if surface.at_rest:
             return most

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.carrying import mean_distance
 from graspbench.reconstruction.surface import Surface
 
 
@@ -17,19 +18,19 @@ class PlanningStep:
         vertices: The best grasp so far, shape (n_f,).
         score: What the index thinks of it on this surface.
         followers: Grasps that follow the surface after this step.
-        points: The surface's nodes, for how far it is from the finished one, shape (n_s, 3).
+        surface: The surface, for how far it is from the finished one.
     """
 
     iteration: int
     vertices: IntArray
     score: float
     followers: int
-    points: FloatArray
+    surface: Surface
 
 
 def step_of(surface: Surface, vertices: IntArray, score: float, followers: int) -> PlanningStep:
     """Return what is to be remembered of a step."""
-    return PlanningStep(surface.iteration, vertices, score, followers, surface.points)
+    return PlanningStep(surface.iteration, vertices, score, followers, surface)
 
 
 def formed_shares(steps: list[PlanningStep]) -> FloatArray:
@@ -37,7 +38,7 @@ def formed_shares(steps: list[PlanningStep]) -> FloatArray:
 
     The mean distance of the nodes to where they come to rest, 0 for the first surface and 1 for the last.
     """
-    last = steps[-1].points
-    left = np.array([np.linalg.norm(step.points - last, axis=1).mean() for step in steps])
+    last = steps[-1].surface
+    left = np.array([mean_distance(step.surface, last) for step in steps])
     shares: FloatArray = 1.0 - left / left[0] if left[0] > 0.0 else np.ones(len(steps))
     return shares

@@ -5,12 +5,14 @@ that may wait for the end, and finds a grasp where no follower has become one.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.screen import polish, screen
 from graspbench.planning.settling import Follower
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
 MAX_TRIES_ONCE_FOUND, MAX_TRIES = 40, 120
@@ -46,6 +48,7 @@ def _try_best_first(
     """Climb first grasps without the hand, then let the hand try the best local optima."""
     planner, index = judge.planner, judge.index
     allowed = judge.allowed(surface)
+    starts = [replace(start, vertices=carry_over(start.vertices, first, surface)) for start in starts]
     optima = screen(index, surface, starts, allowed, planner.max_moves)
     before_all, tried_before = len(judge.followers), judge.tried
     enough = len(found) + planner.candidates
@@ -63,7 +66,7 @@ def _try_best_first(
                 seen.add(optimum.contacts)
                 path = list(optimum.path)
                 follower = Follower(path[-1], moves=len(path) - 1, evaluations=len(path))
-                follower.via.append((first, path[0]))
+                follower.via.append((first, carry_over(path[0], surface, first)))
                 follower.via.extend((surface, vertices) for vertices in path)
                 judge.settle(follower, optimum.initial, surface, found)
     judge.tried = tried_before + len(starts)

@@ -9,6 +9,7 @@ from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import MoveFinder
 from graspbench.planning.constraint import Placer
 from graspbench.planning.index import Index, Moves
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.surface import Surface
 
 MAX_REFUSED = 8
@@ -59,6 +60,13 @@ class Follower:
     rough: IntArray | None = None
 
 
+def arrive(follower: Follower, surface: Surface) -> None:
+    """Bring a grasp onto a surface; it moves on to other nodes only where the network is another."""
+    if follower.via and follower.via[-1][0].network is not surface.network:
+        follower.vertices = carry_over(follower.vertices, follower.via[-1][0], surface)
+        follower.via.append((surface, follower.vertices))
+
+
 def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:
     """Move a grasp on one surface until the index finds no better move that the hand can follow.
 
@@ -74,6 +82,7 @@ def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:
     Returns:
         Whether the grasp now is feasible for the hand (always True without a hand).
     """
+    arrive(follower, surface)
     walk = _Walk(follower, surface, settler)
     walk.run()
     return settler.placer is None or follower.posture is not None

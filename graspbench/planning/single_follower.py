@@ -8,7 +8,7 @@ from graspbench.errors import PlanningError
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.progress import PlanningStep, step_of
-from graspbench.planning.settling import Follower, settle
+from graspbench.planning.settling import Follower, arrive, settle
 from graspbench.reconstruction.surface import Surface
 
 MAX_FIRST_TRIES = 24
@@ -39,6 +39,7 @@ class SingleFollower:
         self._surfaces.append(surface)
         if self._initial is None:
             self._start(surface)
+        arrive(self._lead, surface)
         self._lead.followed = self._lead.vertices
         self._judge.see(surface)
         self._feasible = settle(self._lead, surface, self._judge.settler)
@@ -61,7 +62,6 @@ class SingleFollower:
                     if not found and initial is not self._initial:
                         follower = Follower(initial.vertices, evaluations=1)
                         follower.via.append((self._surfaces[0], initial.vertices))
-                        follower.via.append((surface, initial.vertices))
                         self._judge.settle(follower, initial, surface, found)
         return found[0] if found else None
 

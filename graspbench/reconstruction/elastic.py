@@ -7,6 +7,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ReconstructionError
+from graspbench.perception.silhouette import without_holes
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.carving import interior_point
 from graspbench.reconstruction.dynamics import Law, State, advance, energy, initial_state, law_of, settle
@@ -43,6 +44,7 @@ def reconstruct_elastic(
         StationError: The stations do not enclose the object.
         ReconstructionError: There is no visual hull, or the surface does not come to rest.
     """
+    silhouettes = without_holes(silhouettes)  # a sphere has none
     hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
     if centre is None:
         centre = triangulate_centre(silhouettes)

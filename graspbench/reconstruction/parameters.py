@@ -76,6 +76,20 @@ class SurfaceParameters:
     normal_smoothing: Annotated[
         int, Field(ge=0, le=20, description="Averaging passes over the vertex normals' contours")
     ] = 0
+    cell_px: Annotated[
+        float, Field(ge=0.5, le=50, description="Finest cell of method=hull_net, in pixels at the object")
+    ] = 4.2
+    levels: Annotated[
+        int,
+        Field(ge=1, le=5, description="Grids of method=hull_net, each twice as fine as the one before"),
+    ] = 3
+    relaxations: Annotated[
+        int, Field(ge=0, le=100, description="Elastic steps of each net of method=hull_net")
+    ] = 5
+    relaxation_stiffness: Annotated[
+        float,
+        Field(ge=0.001, le=10, description="Springs of these steps against the hull's tangent planes"),
+    ] = 0.1
     snapshot_every: Annotated[int, Field(ge=1, description="Integration steps between two snapshots")] = 4
     options: Annotated[
         Mapping[str, Any], Field(description="Free options for reconstructions registered by others")

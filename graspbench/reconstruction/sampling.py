@@ -4,17 +4,17 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.reconstruction.ellipsoid import Ellipsoid
-from graspbench.reconstruction.network import SurfaceNetwork, build_network
+from graspbench.reconstruction.network import SphereNetwork, build_network
 from graspbench.reconstruction.parameters import SurfaceParameters
 
 
-def network_of(parameters: SurfaceParameters) -> SurfaceNetwork:
+def network_of(parameters: SurfaceParameters) -> SphereNetwork:
     """Return the network for the wanted number of nodes: as many meridians as parallels."""
     side = max(3, round(np.sqrt(parameters.nodes - 2)))
     return build_network(parameters.meridians or side, parameters.parallels or side)
 
 
-def sample_ellipsoid(ellipsoid: Ellipsoid, network: SurfaceNetwork, pole_thinning: float) -> FloatArray:
+def sample_ellipsoid(ellipsoid: Ellipsoid, network: SphereNetwork, pole_thinning: float) -> FloatArray:
     """Return the nodes on the ellipsoid, poles at the ends of its longest axis, shape (n_s, 3).
 
     Args:

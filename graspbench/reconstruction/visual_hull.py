@@ -246,6 +246,53 @@ def view_gradient(fields: HullFields, view: int, x: float, y: float, z: float) -
     return gx / length, gy / length, gz / length
 
 
+@inner
+def view_slope(
+    fields: HullFields, view: int, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return the signed distance (m) to one silhouette's cone and its unit gradient, by the chain rule.
+
+    One look instead of the six of `view_gradient`; the slope is that of the pixel that the point falls in.
+    """
+    if view == len(fields.starts):
+        return fields.ground_m - z, 0.0, 0.0, -1.0
+    p = fields.projections
+    k = 12 * view
+    depth = p[k + 8] * x + p[k + 9] * y + p[k + 10] * z + p[k + 11]
+    if depth <= 0.0:
+        return BEHIND_CAMERA_M, 0.0, 0.0, 0.0
+    inverse = 1.0 / depth
+    u = (p[k] * x + p[k + 1] * y + p[k + 2] * z + p[k + 3]) * inverse
+    v = (p[k + 4] * x + p[k + 5] * y + p[k + 6] * z + p[k + 7]) * inverse
+    last_column = fields.sizes[2 * view + 1] - 1
+    last_row = fields.sizes[2 * view] - 1
+    u_near = min(max(u, 0.0), float(last_column))
+    v_near = min(max(v, 0.0), float(last_row))
+    c = min(int(u_near), last_column - 1)
+    r = min(int(v_near), last_row - 1)
+    s, t = u_near - c, v_near - r
+    first = fields.starts[view] + r * (last_column + 1) + c
+    below = first + last_column + 1
+    f00, f01 = fields.values[first], fields.values[first + 1]
+    f10, f11 = fields.values[below], fields.values[below + 1]
+    pixels = (f00 * (1.0 - s) + f01 * s) * (1.0 - t) + (f10 * (1.0 - s) + f11 * s) * t
+    along_u = (f01 - f00) * (1.0 - t) + (f11 - f10) * t
+    along_v = (f10 - f00) * (1.0 - s) + (f11 - f01) * s
+    if u_near != u or v_near != v:
+        gap = np.sqrt((u - u_near) ** 2 + (v - v_near) ** 2)
+        pixels += gap
+        along_u = (along_u if u_near == u else 0.0) + (u - u_near) / gap
+        along_v = (along_v if v_near == v else 0.0) + (v - v_near) / gap
+    # d(pixels * depth): the perspective's own change of scale counts as well.
+    shrink = pixels - along_u * u - along_v * v
+    gx = along_u * p[k] + along_v * p[k + 4] + shrink * p[k + 8]
+    gy = along_u * p[k + 1] + along_v * p[k + 5] + shrink * p[k + 9]
+    gz = along_u * p[k + 2] + along_v * p[k + 6] + shrink * p[k + 10]
+    length = np.sqrt(gx * gx + gy * gy + gz * gz)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    return pixels * depth * fields.metres_per_pixel[view], gx * scale, gy * scale, gz * scale
+
+
 @compiled
 def _gradients(fields: HullFields, points: FloatArray, directions: FloatArray) -> None:
     for a in range(len(points)):

@@ -245,10 +245,12 @@ class TrialLog:
     def _silhouette(self, silhouette: Silhouette) -> None:
         u_min, v_min, u_max, v_max = (float(value) for value in silhouette.box)
         box = np.array([[u_min, v_min], [u_max, v_min], [u_max, v_max], [u_min, v_max]])
-        outlines = [(outline, OUTLINE) for outline in outlines_of(silhouette.mask)]
+        outlines = [(outline, OUTLINE) for outline in outlines_of(silhouette.image_mask)]
         annotations = messages.image_polygons(self._time_ns, [*outlines, (box, BOX)])
         self._put("/camera/annotations", annotations)
-        self._put("/camera/silhouette", messages.compressed_image(self._time_ns, silhouette.mask, "png"))
+        self._put(
+            "/camera/silhouette", messages.compressed_image(self._time_ns, silhouette.image_mask, "png")
+        )
 
     def _surface(self, surface: Surface) -> None:
         mesh = messages.triangles(surface.points, surface.network.faces, SURFACE)

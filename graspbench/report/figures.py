@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from graspbench.arrays import FloatArray, ImageArray
+from graspbench.reconstruction.carrying import mean_distance
 from graspbench.report import style
 from graspbench.report.render import Viewpoint, render, visibility
 from graspbench.report.solids import Solid, ball, surface_solid, tube
@@ -86,8 +87,8 @@ def pick_moments(surfaces: Sequence[Surface], count: int = 4) -> tuple[Surface, 
     """Choose snapshots that show the surface's way: the first, the last, and between them by distance."""
     if len(surfaces) <= count:
         return tuple(surfaces)
-    last = surfaces[-1].points
-    left = np.array([np.linalg.norm(s.points - last, axis=1).mean() for s in surfaces])
+    last = surfaces[-1]
+    left = np.array([mean_distance(surface, last) for surface in surfaces])
     wanted = left[0] * np.linspace(1.0, 0.0, count)
     chosen = [0, *(int(np.argmin(np.abs(left[1:-1] - w))) + 1 for w in wanted[1:-1]), len(surfaces) - 1]
     return tuple(surfaces[k] for k in sorted(set(chosen)))
@@ -262,7 +263,7 @@ def _tile(view: View, silhouette: Silhouette | None, zoom: float) -> ImageArray:
     tile = cv2.warpAffine(view.image, warp, _TILE, flags=smooth, borderValue=(235, 235, 235))
     if silhouette is not None:
         contours, _ = cv2.findContours(
-            silhouette.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+            silhouette.image_mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
         )
         lines = [contour[:, 0, :] + 0.5 for contour in contours]
         _polygons(tile, lines, matrix, style.OUTLINE, 2)

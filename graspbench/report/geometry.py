@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, StringConstraints, TypeAdapter
 from typing_extensions import TypedDict
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:  # only attributes are read: no need to load the stages
     from graspbench.grasp.configuration import Grasp
@@ -104,8 +104,10 @@ def trial_geometry(
         the name stands for the array.
     """
     shared: dict[str, Any] = {}
-    faces = _share(shared, _text(np.asarray(surface.network.faces).astype("<u2")))
-    meshes: list[dict[str, Any]] = [{"role": "surface", "points": _packed(surface.points), "faces": faces}]
+    meshes: list[dict[str, Any]] = []
+    for nodes, triangles in _parts(surface.network.faces):
+        faces = _share(shared, _text(triangles.astype("<u2")))
+        meshes.append({"role": "surface", "points": _packed(surface.points[nodes]), "faces": faces})
     if hand is not None and grasp.posture is not None:
         from graspbench.report.hand_solids import placed_solids  # loads the hand's libraries
 
@@ -134,6 +136,17 @@ def trial_geometry(
         "ground_m": 0.0,
     }
     return trial, shared
+
+
+def _parts(faces: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """Cut a mesh into parts whose nodes 16 bits can number: each part's nodes, and its triangles of these."""
+    if faces.max() < 2**16:
+        return [(np.arange(int(faces.max()) + 1), faces)]
+    parts = []
+    for k in range(0, len(faces), 2**16 // 3):
+        nodes, corners = np.unique(faces[k : k + 2**16 // 3], return_inverse=True)
+        parts.append((nodes, corners.reshape(-1, 3)))
+    return parts
 
 
 def write_geometry(trial: dict[str, Any], shared: dict[str, Any], folder: Path) -> Path:

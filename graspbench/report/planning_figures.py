@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.reconstruction.carrying import carry_over
 from graspbench.report import style
 from graspbench.report.figures import draw_grasp_image, pick_moments, travel_viewpoint
 from graspbench.report.render import render
@@ -55,9 +56,8 @@ def draw_travel(surfaces: Sequence[Surface], history: Sequence[Grasp], path: Pat
         marks = [
             ball(point, 0.012 * view.radius_m, style.VIA) for grasp in done[:-1] for point in grasp.points
         ]
-        marks += [
-            ball(point, 0.035 * view.radius_m, style.CONTACT) for point in surface.points[done[-1].vertices]
-        ]
+        contacts = carry_over(done[-1].vertices, surfaces[when[len(done) - 1]], surface)
+        marks += [ball(point, 0.035 * view.radius_m, style.CONTACT) for point in surface.points[contacts]]
         image = render([surface_solid(surface, style.SURFACE)], marks, view, (_TILE, _TILE))
         style.place(figure, image, k * _TILE, head, (_TILE, _TILE))
         moves = len(done) - 1
@@ -190,5 +190,7 @@ def _snapshot_of(grasp: Grasp, surfaces: Sequence[Surface]) -> int:
     """Return on which snapshot a configuration lies."""
     vertices: IntArray = grasp.vertices
     return next(
-        k for k, surface in enumerate(surfaces) if np.array_equal(surface.points[vertices], grasp.points)
+        k
+        for k, surface in enumerate(surfaces)
+        if vertices.max() < len(surface.points) and np.array_equal(surface.points[vertices], grasp.points)
     )

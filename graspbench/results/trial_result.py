@@ -49,6 +49,9 @@ class ReconstructionResult(Part):
     nodes: Annotated[int, About("Nodes of the surface")]
     snapshots: Annotated[int, About("Surfaces that the planner saw")]
     iterations: Annotated[int, About("Steps of the reconstruction")]
+    genus: Annotated[
+        int | None, About("Handles of the surface: holes that lead through it", empty="an older result")
+    ] = None
     mesh_mean_mm: Annotated[
         Number | None, About("Mean distance of the nodes to the object itself", empty=_NOT_SIMULATED)
     ] = None

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray, ImageArray
 from graspbench.perception.camera import Camera, CameraParameters, Intrinsics, View
-from graspbench.perception.detection import detect_centre
+from graspbench.perception.detection import detect_object
 from graspbench.perception.distortion import pixel_centres, undistort
 from graspbench.perception.silhouette import SilhouetteParameters
-from graspbench.perception.stations import Station, StationParameters, place_stations
+from graspbench.perception.stations import Station, StationParameters, fit_stations, place_stations
 from graspbench.simulation.colours import scene_colours
 from graspbench.simulation.renderer import Renderer
 from graspbench.simulation.sensor import expose
@@ -173,8 +173,9 @@ def capture(
     """
     with EyeInHand(world, camera_parameters, seed) as camera:
         blobs = silhouette_parameters or SilhouetteParameters()
-        centre = detect_centre(camera.take, station_parameters, blobs)
-        return tuple(camera.take(station) for station in place_stations(centre, station_parameters))
+        found = detect_object(camera.take, station_parameters, blobs)
+        fitted = fit_stations(station_parameters, camera_parameters.intrinsics, found.radius_m)
+        return tuple(camera.take(station) for station in place_stations(found.centre, fitted))
 
 
 class _Lens:

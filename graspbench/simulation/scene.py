@@ -17,8 +17,13 @@ class SceneParameters:
         Field(description="Where the images come from: the simulated camera, or files"),
     ] = "simulation"
     images_dir: Annotated[
-        str | None, Field(description="Folder of images and cameras.json, for source=images")
+        str | None,
+        Field(description="Folder of images and their cameras (own, COLMAP, OpenCV), for source=images"),
     ] = None
+    exif_orientation: Annotated[
+        Literal["refuse", "honour", "ignore"],
+        Field(description="Photographs turned by their EXIF data: refuse, turn, or take as stored"),
+    ] = "refuse"
 
     x_m: Annotated[float, Field(description="Where the object is put, world x, m")] = 0.0
     y_m: Annotated[float, Field(description="Where the object is put, world y, m")] = 0.0

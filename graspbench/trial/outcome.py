@@ -120,7 +120,9 @@ def reconstruction_result(trial: "PlannedTrial") -> ReconstructionResult:
         pose = trial.scene.transform_object_to_world
         to_mesh = distances_to_mesh((final.points - pose[:3, 3]) @ pose[:3, :3], trial.scene.model.mesh)
         mean_mm, max_mm = 1e3 * float(to_mesh.mean()), 1e3 * float(to_mesh.max())
-    return ReconstructionResult(len(final.points), len(trial.surfaces), final.iteration, mean_mm, max_mm)
+    return ReconstructionResult(
+        len(final.points), len(trial.surfaces), final.iteration, final.network.genus, mean_mm, max_mm
+    )
 
 
 def execution_result(execution: ExecutionResult) -> ExecutedResult:

@@ -86,7 +86,7 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         if config.scene.source == "images":
             scene, name = None, str(config.scene.images_dir)
             with clock.stage("images"):
-                views = load_views(config.scene.images_dir)
+                views = load_views(config.scene.images_dir, config.scene.exif_orientation)
         else:
             scene, views = _photograph(config, checker, clock, stack)
             name = scene.model.name

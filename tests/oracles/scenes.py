@@ -51,7 +51,29 @@ def shape(name: str) -> trimesh.Trimesh:
         arms[0].apply_translation((0.0, 0.05, 0.0))
         arms[1].apply_translation((0.035, 0.0, 0.005))
         return trimesh.boolean.union(arms, engine="manifold")
+    if name == "torus":
+        return trimesh.creation.torus(0.035, 0.012, major_sections=64, minor_sections=32)
+    if name == "cup":
+        return _cup()
+    if name == "plate":
+        plate = trimesh.creation.box((0.14, 0.07, 0.02))
+        drills = [
+            trimesh.creation.cylinder(0.018, 0.05).apply_translation((x, 0, 0)) for x in (-0.035, 0.035)
+        ]
+        return trimesh.boolean.difference([plate, *drills], engine="manifold")
     raise ValueError(name)
+
+
+def _cup() -> trimesh.Trimesh:
+    """Return a cup, open above, with a handle at its side."""
+    outline = [[0, 0], [0.035, 0], [0.04, 0.08], [0.036, 0.08], [0.032, 0.005], [0, 0.005]]
+    body = trimesh.creation.revolve(np.array(outline), sections=48)
+    handle = trimesh.creation.torus(0.026, 0.006, major_sections=40, minor_sections=16)
+    handle.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    handle.apply_translation((0.044, 0.0, 0.042))
+    inside = trimesh.creation.cylinder(0.033, 0.12).apply_translation((0.0, 0.0, 0.065))
+    handle = trimesh.boolean.difference([handle, inside], engine="manifold")
+    return trimesh.boolean.union([body, handle], engine="manifold")
 
 
 def moved(silhouettes: tuple[Silhouette, ...], transform: FloatArray) -> tuple[Silhouette, ...]:

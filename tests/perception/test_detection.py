@@ -3,7 +3,7 @@ import pytest
 
 from graspbench.errors import ImageError, StationError
 from graspbench.perception import Camera, SilhouetteParameters, Station, StationParameters, View
-from graspbench.perception.detection import detect_centre
+from graspbench.perception.detection import detect_object
 from graspbench.perception.distortion import pixel_centres
 from tests.perception.drawing import INTRINSICS, paint
 
@@ -26,9 +26,10 @@ def photographer(balls, stations):
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.03), (0.12, -0.08, 0.05), (-0.2, 0.1, 0.1)])
 def test_the_axes_end_on_the_object(centre):
     stations = []
-    found = detect_centre(
+    found, radius_m = detect_object(
         photographer([(np.array(centre), 0.04)], stations), StationParameters(), SilhouetteParameters()
     )
+    assert radius_m == pytest.approx(0.04, abs=1.5e-3)
     np.testing.assert_allclose(found, centre, atol=1e-3)
     last = Camera(INTRINSICS, stations[-1].transform_camera_to_world)
     np.testing.assert_allclose(last.project(np.array([centre]))[0], (320, 240), atol=2.0)
@@ -44,7 +45,7 @@ def test_the_axes_end_on_the_object(centre):
 def test_no_or_several_objects_are_refused(balls, message):
     balls = [(np.array(centre), radius) for centre, radius in balls]
     with pytest.raises(ImageError, match=message):
-        detect_centre(photographer(balls, []), StationParameters(), SilhouetteParameters())
+        detect_object(photographer(balls, []), StationParameters(), SilhouetteParameters())
 
 
 def test_uncertain_poses_still_lead_near_the_object():
@@ -57,7 +58,7 @@ def test_uncertain_poses_still_lead_near_the_object():
         seen = exact(Station(station.name, pose))
         return View(station.name, seen.image, Camera(INTRINSICS, station.transform_camera_to_world))
 
-    found = detect_centre(take, StationParameters(), SilhouetteParameters())
+    found, _ = detect_object(take, StationParameters(), SilhouetteParameters())
     np.testing.assert_allclose(found, (0.05, 0.0, 0.04), atol=8e-3)
 
 
@@ -69,4 +70,4 @@ def test_an_object_that_runs_away_is_an_error():
         return photographer([(position, 0.04)], [])(station)
 
     with pytest.raises(StationError, match="still moves"):
-        detect_centre(take, StationParameters(), SilhouetteParameters())
+        detect_object(take, StationParameters(), SilhouetteParameters())

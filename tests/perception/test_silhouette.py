@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from graspbench.errors import ImageError
 from graspbench.perception import Camera, SilhouetteParameters, View, silhouettes
 from graspbench.perception.distortion import pixel_centres, undistort
-from graspbench.perception.silhouette import silhouette_of_mask
+from graspbench.perception.silhouette import silhouette_of_mask, without_holes
 from tests.oracles.exact_silhouette import iou
 from tests.perception.drawing import INTRINSICS, TABLE, disc_coverage, paint, view_of
 
@@ -72,10 +72,37 @@ def test_black_and_white_objects_differ_from_a_lit_table(level):
     assert iou(find(paint(coverage, colour=np.full(3, level))).mask, coverage > 0.5) > 0.99
 
 
-def test_holes_are_filled_unless_told_otherwise():
+def test_holes_that_show_the_background_stay_unless_told_otherwise():
     ring = disc_coverage(320, 240, 60) - disc_coverage(320, 240, 25)
-    assert find(paint(ring)).mask[240, 320]
-    assert not find(paint(ring), replace(DEFAULT, fill_holes=False)).mask[240, 320]
+    silhouette = find(paint(ring))
+    assert silhouette.holes == 1
+    assert not silhouette.mask[240, 320]
+    assert iou(silhouette.mask, ring > 0.5) > 0.99
+    assert find(paint(ring), replace(DEFAULT, fill_holes=True)).mask[240, 320]
+
+
+def test_small_holes_are_filled():
+    ring = disc_coverage(320, 240, 60) - disc_coverage(320, 240, 4)
+    assert find(paint(ring)).holes == 0
+    assert find(paint(ring), replace(DEFAULT, hole_fraction=0.002)).holes == 1
+
+
+def test_a_spot_that_only_resembles_the_background_is_no_hole():
+    disc = disc_coverage(320, 240, 60)
+    image = paint(disc)
+    background = image[5, 5].astype(float)
+    spot = disc_coverage(320, 240, 25)[..., None]
+    image = np.clip((1 - spot) * image + spot * (background + np.array([0, 0, 9])), 0, 255).astype(np.uint8)
+    assert find(image).holes == 0
+
+
+def test_filled_holes_leave_a_solid_silhouette_and_the_outline_as_it_is():
+    ring = disc_coverage(320, 240, 60) - disc_coverage(320, 240, 25)
+    solid, holed = find(paint(disc_coverage(320, 240, 60))), find(paint(ring))
+    (filled,) = without_holes([holed])
+    np.testing.assert_array_equal(filled.mask, solid.mask)
+    np.testing.assert_allclose(filled.coverage, solid.coverage, atol=0.02)
+    assert without_holes([solid])[0] is solid
 
 
 def test_specks_are_dropped():

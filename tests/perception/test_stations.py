@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from graspbench.errors import StationError
 from graspbench.perception import Camera, CameraParameters, Ring, StationParameters, place_stations
+from graspbench.perception.stations import fit_stations
 
 CENTRE = np.array([0.03, -0.05, 0.07])
 THESIS = StationParameters()
@@ -75,3 +76,43 @@ def test_degenerate_stations_are_one_clear_sentence(change, message):
 def test_a_station_below_the_table_is_refused():
     with pytest.raises(StationError, match="above the table"):
         place_stations(np.array([0.0, 0.0, -0.3]), THESIS)
+
+
+@given(
+    radius=st.floats(0.03, 0.2),
+    fill=st.floats(0.2, 0.85),
+    cx=st.one_of(st.none(), st.floats(280.0, 360.0)),
+)
+def test_fitted_stations_show_a_ball_as_large_as_asked(radius, fill, cx):
+    camera = CameraParameters(cx=cx)
+    wide = replace(THESIS, fill=fill, workspace_height_m=(0.0, 9.0), workspace_radius_m=9.0, nearest_m=0.01)
+    stations = place_stations(CENTRE, fit_stations(wide, camera.intrinsics, radius))
+    shares = []
+    for station in stations:
+        pose = station.transform_camera_to_world
+        distance = np.linalg.norm(pose[:3, 3] - CENTRE)
+        limb = np.tan(np.arcsin(radius / distance))
+        k = camera.intrinsics
+        shares.append(limb / min(min(k.cx, k.width - k.cx) / k.fx, min(k.cy, k.height - k.cy) / k.fy))
+    assert max(shares) == pytest.approx(fill)
+    assert min(shares) > 0.9 * fill
+    for before, after in zip(place_stations(CENTRE, THESIS), stations, strict=True):
+        a, b = (s.transform_camera_to_world[:3, :3] for s in (before, after))
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_a_tiny_object_is_not_approached_nearer_than_the_lens_allows():
+    fitted = fit_stations(THESIS, CameraParameters().intrinsics, 0.005)
+    gaps = [s.transform_camera_to_world[:3, 3] - CENTRE for s in place_stations(CENTRE, fitted)]
+    assert np.linalg.norm(gaps, axis=1).min() == pytest.approx(THESIS.nearest_m)
+
+
+def test_without_fit_the_radii_stay():
+    fixed = replace(THESIS, fit=False)
+    assert fit_stations(fixed, CameraParameters().intrinsics, 0.02) is fixed
+
+
+def test_an_object_too_large_for_the_workspace_is_named():
+    fitted = fit_stations(THESIS, CameraParameters().intrinsics, 0.5)
+    with pytest.raises(StationError, match="workspace"):
+        place_stations(CENTRE, fitted)

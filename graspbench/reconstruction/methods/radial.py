@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.perception.silhouette import without_holes
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.carving import interior_point
 from graspbench.reconstruction.methods import METHODS
@@ -43,6 +44,7 @@ def reconstruct_radial(
         StationError: The stations do not enclose the object.
         ReconstructionError: There is no visual hull.
     """
+    silhouettes = without_holes(silhouettes)  # a sphere has none
     hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
     if centre is None:
         centre = triangulate_centre(silhouettes)

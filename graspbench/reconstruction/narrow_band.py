@@ -1,0 +1,241 @@
+"""Coarse-to-fine carving: the hull's signed distance at the corners of cells near its border only."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled, inner
+from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_distance, view_slope
+
+SLACK = 0.75
+"""Share of the distance in the images that the border is surely away: perspective stretches distances."""
+
+BLOCK_CELLS = 4
+"""Cells along each side of a block of the first look."""
+
+APPROACHES = 3
+"""Steps from a block's centre to the border."""
+
+BARELY_M = 1e-6
+"""Distance to the border of a corner whose side is decided otherwise."""
+
+NEAR_SHARE = 0.2
+"""A point this share of a cell off the border has reached it."""
+
+CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=np.int64)
+"""Corners of a cell; corner c stands for bit c of a cell's signs, shape (8, 3)."""
+
+FACES = np.array([sum(1 << c for c in range(8) if CORNERS[c, w >> 1] == w & 1) for w in range(6)])
+"""Bits of the corners of a cell's faces, low and high along each axis in turn, shape (6,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class NarrowBand:
+    """Cells of a regular grid that the hull's border passes, and the distances at their corners.
+
+    Attributes:
+        low: Corner (0, 0, 0) in the world, shape (3,).
+        side_m: Side of a cell.
+        values: Signed distances (m) at the grid's corners, positive outside (there to some view's border, not
+            the farthest); NaN where nobody looked,
+            shape (nx + 1, ny + 1, nz + 1).
+        cells: Cells with corners on both sides, shape (n, 3).
+        signs: Bit c is set where corner c of a cell is inside, shape (n,).
+        slots: Row of each cell in `cells`, -1 where the border does not pass, shape (nx, ny, nz).
+    """
+
+    low: FloatArray
+    side_m: float
+    values: npt.NDArray[np.float32]
+    cells: IntArray
+    signs: IntArray
+    slots: npt.NDArray[np.int32]
+
+
+def carve(fields: HullFields, low: FloatArray, high: FloatArray, side_m: float) -> NarrowBand:
+    """Find the cells that the border of a visual hull passes.
+
+    A coarse look finds the blocks that the border may pass; from each of them the border is approached, and
+    then followed from cell to cell.
+
+    Args:
+        fields: The visual hull's.
+        low: Lower corner of a box that holds it, shape (3,).
+        high: Upper corner, shape (3,).
+        side_m: Side of a cell.
+    """
+    block = side_m * BLOCK_CELLS
+    # One cell of margin on each side; a whole number of blocks.
+    blocks = np.ceil((high - low + 2.0 * side_m) / block).astype(np.int64)
+    corner = 0.5 * (low + high) - 0.5 * block * blocks
+    shape = blocks * BLOCK_CELLS
+    values = np.full(shape + 1, np.nan, dtype=np.float32)
+    seeds = np.empty((int(blocks.prod()), 3), dtype=np.int64)
+    number = _approach(fields, corner, side_m, blocks, seeds)
+    return _collect(fields, corner, side_m, values, seeds[:number])
+
+
+def fill(fields: HullFields, band: NarrowBand, corners: IntArray) -> NarrowBand:
+    """Return the band after some corners, shape (n, 3), that are outside were put just inside the border."""
+    values = band.values.copy()
+    values[corners[:, 0], corners[:, 1], corners[:, 2]] = -BARELY_M
+    return _collect(fields, band.low, band.side_m, values, band.cells)
+
+
+def _collect(
+    fields: HullFields, low: FloatArray, side_m: float, values: npt.NDArray[np.float32], seeds: IntArray
+) -> NarrowBand:
+    """Follow the border from the seeds on."""
+    slots = np.full(np.array(values.shape) - 1, -1, dtype=np.int32)
+    cells, signs = np.empty((2048, 3), dtype=np.int64), np.empty(2048, dtype=np.int64)
+    seed = count = done = 0
+    while True:
+        count, done, seed = _follow(
+            fields, low, side_m, seeds, seed, values, slots, cells, signs, count, done
+        )
+        if seed >= len(seeds) and done >= count:
+            return NarrowBand(low, side_m, values, cells[:count], signs[:count], slots)
+        cells, signs = np.concatenate((cells, cells)), np.concatenate((signs, signs))
+
+
+@compiled
+def _approach(fields: HullFields, low: FloatArray, side: float, blocks: IntArray, seeds: IntArray) -> int:
+    """Find a cell on the border near the centre of each block that the border may pass; return how many."""
+    block = BLOCK_CELLS * side
+    reach = 0.5 * np.sqrt(3.0) * block / SLACK
+    count = 0
+    for i in range(blocks[0]):
+        for j in range(blocks[1]):
+            for k in range(blocks[2]):
+                x = low[0] + (i + 0.5) * block
+                y = low[1] + (j + 0.5) * block
+                z = low[2] + (k + 0.5) * block
+                view, distance = critical_view(fields, x, y, z)
+                if abs(distance) > reach:
+                    continue
+                for _ in range(APPROACHES):
+                    _, gx, gy, gz = view_slope(fields, view, x, y, z)
+                    x, y, z = x - distance * gx, y - distance * gy, z - distance * gz
+                    view, distance = critical_view(fields, x, y, z)
+                    if abs(distance) < NEAR_SHARE * side:
+                        break
+                seeds[count, 0] = int(np.floor((x - low[0]) / side))
+                seeds[count, 1] = int(np.floor((y - low[1]) / side))
+                seeds[count, 2] = int(np.floor((z - low[2]) / side))
+                count += 1
+    return count
+
+
+@inner
+def _side_of_border(fields: HullFields, x: float, y: float, z: float, hint: IntArray) -> float:
+    """Return a point's signed distance (m) to the hull; outside, that to the first view that excludes it.
+
+    Only the sign counts there, and the view that excluded the last point mostly excludes the next one.
+    """
+    largest = view_distance(fields, hint[0], x, y, z)
+    if largest > 0.0:
+        return largest
+    for view in range(len(fields.starts) + 1):
+        distance = view_distance(fields, view, x, y, z)
+        if distance > 0.0:
+            hint[0] = view
+            return distance
+        largest = max(largest, distance)
+    return largest
+
+
+@inner
+def _look(
+    fields: HullFields,
+    low: FloatArray,
+    side: float,
+    i: int,
+    j: int,
+    k: int,
+    values: npt.NDArray[np.float32],
+    hint: IntArray,
+) -> int:
+    """Make sure that a cell's corners are known; return its signs."""
+    signs = 0
+    for c in range(8):
+        p, q, r = i + (c >> 2), j + ((c >> 1) & 1), k + (c & 1)
+        if np.isnan(values[p, q, r]):
+            on_border = (
+                p == 0
+                or q == 0
+                or r == 0
+                or p == values.shape[0] - 1
+                or q == values.shape[1] - 1
+                or r == values.shape[2] - 1
+            )
+            distance = _side_of_border(fields, low[0] + p * side, low[1] + q * side, low[2] + r * side, hint)
+            # The box holds the hull: what sticks out of it is cut, so that the surface stays closed.
+            values[p, q, r] = max(distance, BARELY_M) if on_border else distance
+        if values[p, q, r] < 0.0:
+            signs |= 1 << c
+    return signs
+
+
+@compiled
+def _follow(
+    fields: HullFields,
+    low: FloatArray,
+    side: float,
+    seeds: IntArray,
+    seed: int,
+    values: npt.NDArray[np.float32],
+    slots: npt.NDArray[np.int32],
+    cells: IntArray,
+    signs: IntArray,
+    count: int,
+    done: int,
+) -> tuple[int, int, int]:
+    """Collect the cells with corners on both sides, from the seeds on and from each to its neighbours.
+
+    Ends when all is done or the arrays are full.
+
+    Returns:
+        Cells found, cells whose neighbours were looked at, and seeds used.
+    """
+    hint = np.zeros(1, dtype=np.int64)
+    while True:
+        while done < count:
+            if count + 6 > len(cells):
+                return count, done, seed
+            for way in range(6):
+                axis, up = way >> 1, way & 1
+                i = cells[done, 0] + (2 * up - 1) * (axis == 0)
+                j = cells[done, 1] + (2 * up - 1) * (axis == 1)
+                k = cells[done, 2] + (2 * up - 1) * (axis == 2)
+                if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
+                    continue
+                # A face between two cells whose corners are on both sides leads on to the next cell.
+                face = signs[done] & FACES[way]
+                if face != 0 and face != FACES[way]:
+                    slots[i, j, k] = count
+                    cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
+                    signs[count] = _look(fields, low, side, i, j, k, values, hint)
+                    count += 1
+            done += 1
+        if seed == len(seeds):
+            return count, done, seed
+        if count + 6 > len(cells):
+            return count, done, seed
+        i, j, k = seeds[seed, 0], seeds[seed, 1], seeds[seed, 2]
+        seed += 1
+        if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
+            continue
+        here = _look(fields, low, side, i, j, k, values, hint)
+        if here != 0 and here != 255:
+            slots[i, j, k] = count
+            cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
+            signs[count] = here
+            count += 1
+
+
+@inner
+def _is_cell(slots: npt.NDArray[np.int32], i: int, j: int, k: int) -> bool:
+    inside: bool = 0 <= i < slots.shape[0] and 0 <= j < slots.shape[1] and 0 <= k < slots.shape[2]
+    return inside
