@@ -8,20 +8,22 @@ import trimesh
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, RefinedGrasp, SearchParameters
+from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp, SearchParameters
 from graspbench.planning.global_search import outer_triangle_m2
 from graspbench.reconstruction import Surface
 from graspbench.results.about import picked
 from graspbench.results.grasp_results import (
     ContactResult,
+    FormedResult,
     GlobalGraspResult,
     LocalResult,
     PostureResult,
     RefinedGraspResult,
+    RestartedResult,
 )
 from graspbench.results.physical_results import ExecutedResult, PhaseResult
 from graspbench.results.trial_result import ObjectResult, ReconstructionResult
-from graspbench.simulation.execution import ExecutionResult, PhaseOutcome
+from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 
 if TYPE_CHECKING:
     from graspbench.trial.planned import PlannedTrial
@@ -44,9 +46,32 @@ def local_result(
         **_grasp(plan.grasp),
         **plan.quality._asdict(),
         **_verification(trial),
+        formed=_formed(plan),
         mirtich_canny=None if search is None else _outer_triangle(plan.grasp, search),
         measures={} if quality is None else _measures(plan.grasp, last, quality),
     )
+    return found
+
+
+def restarted_result(plan: LocalPlan) -> RestartedResult:
+    """Return the grasp of the multi-start on the finished surface."""
+    found: RestartedResult = picked(
+        RestartedResult, plan, **_grasp(plan.grasp), **plan.quality._asdict(), measures={}
+    )
+    return found
+
+
+_FORMED = (0.5, 0.8, 1.0)
+
+
+def _formed(plan: LocalPlan) -> dict[str, FormedResult]:
+    """Return how good the best grasp was when the surface was formed half, to four fifths, and wholly."""
+    found = {}
+    for share in _FORMED:
+        reached = [step for step in plan.steps if step.formed >= share - 1e-9]
+        if reached:
+            step = reached[0]
+            found[f"{100 * share:.0f}"] = FormedResult(**step.quality._asdict(), followers=step.followers)
     return found
 
 
