@@ -103,8 +103,27 @@ class GraspChecker:
         attempt = self._anywhere(task)
         return attempt.posture if attempt.failed == 0 else None
 
+    def place_near(
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts]
+    ) -> HandPosture | None:
+        """Move postures that hold similar contacts onto these; None when none of them gets there.
+
+        Args:
+            points: Contact points in the world, shape (m, 3).
+            normals: Outward unit normals, shape (m, 3).
+            near: What is held nearby, contacts in the same order.
+        """
+        task = self._task(points, normals)
+        if not np.all(self.vertex_mask(task.points, task.normals)):
+            return None
+        for held in near:
+            found = self._search.near(task, self._surroundings, held.posture)
+            if found is not None:
+                return found.posture
+        return None
+
     def place_patiently(
-        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts], *, anywhere: bool = True
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts]
     ) -> HandPosture | None:
         """Look longer than ``place`` for a posture whose fingertips touch the contacts, or None.
 
@@ -115,20 +134,17 @@ class GraspChecker:
             points: Contact points in the world, shape (m, 3).
             normals: Outward unit normals, shape (m, 3).
             near: What is held nearby, contacts in the same order.
-            anywhere: Whether to try the further starts too.
         """
+        posture = self.place_near(points, normals, near)
+        if posture is not None:
+            return posture
         task = self._task(points, normals)
         if not np.all(self.vertex_mask(task.points, task.normals)):
             return None
         for held in near:
-            found = self._search.near(task, self._surroundings, held.posture)
-            found = found or self._search.follow(
-                task, self._surroundings, held.posture, (held.points, held.normals)
-            )
+            found = self._search.follow(task, self._surroundings, held.posture, (held.points, held.normals))
             if found is not None:
                 return found.posture
-        if not anywhere:
-            return None
         attempt = self._search.anywhere(task, self._surroundings, patient=True)
         return attempt.posture if attempt.failed == 0 else None
 

@@ -40,16 +40,27 @@ class GraspConstraint(Placer, Protocol):
         """
         ...
 
-    def place_patiently(
-        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts], *, anywhere: bool = True
+    def place_near(
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts]
     ) -> HandPosture | None:
-        """Look longer than ``place``.
+        """Move postures that hold similar contacts onto these; None when none of them gets there.
+
+        Args:
+            points: Contact points in the world, shape (n_f, 3), m.
+            normals: Outward unit normals there, shape (n_f, 3).
+            near: Similar contacts that are held, in the same order.
+        """
+        ...
+
+    def place_patiently(
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts]
+    ) -> HandPosture | None:
+        """Look longer than ``place``, from postures that are held nearby and elsewhere.
 
         Args:
             points: Contact points in the world, shape (n_f, 3), m.
             normals: Outward unit normals there, shape (n_f, 3).
             near: Similar contacts that are held, in the same order; tried first.
-            anywhere: Whether to look elsewhere too.
         """
         ...
 

@@ -33,11 +33,13 @@ def warm_up_planner() -> None:
 
 
 def warm_up_search(config: "TrialConfig") -> None:
-    """Compile what searches all grasps of a surface."""
+    """Compile what searches all grasps of a surface, with the configured model and with the thesis'."""
+    from graspbench.config.trial_config import load_config
     from graspbench.planning import SearchParameters, plan_global
 
-    for measure in ("q1", "q3"):
-        plan_global(_ball(), measure, 3, config.quality, SearchParameters(time_limit_s=5.0))
+    for quality in (config.quality, load_config(["quality=thesis"]).quality):
+        for measure in ("q1", "q3"):
+            plan_global(_ball(), measure, 3, quality, SearchParameters(time_limit_s=5.0))
 
 
 def warm_up_hand() -> None:

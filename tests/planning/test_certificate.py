@@ -46,8 +46,11 @@ class Hand:
     def place(self, points, normals, *, start=None):
         return None if self.excluded(points) or self.misses(points) else posture(len(points))
 
-    def place_patiently(self, points, normals, near, *, anywhere=True):
-        if self.finds_late and anywhere and not self.excluded(points):
+    def place_near(self, points, normals, near):
+        return self.place(points, normals)
+
+    def place_patiently(self, points, normals, near):
+        if self.finds_late and not self.excluded(points):
             return posture(len(points))
         return self.place(points, normals)
 
@@ -183,7 +186,7 @@ def test_a_patient_search_finds_what_a_neighbour_shows(hands):
     held = checker.place(surface.points[here], surface.normals[here])
     assert held is not None
     near = [HeldContacts(surface.points[here], surface.normals[here], held)]
-    found = checker.place_patiently(surface.points[there], surface.normals[there], near, anywhere=False)
+    found = checker.place_near(surface.points[there], surface.normals[there], near)
     assert found is not None
     assert checker.verify(found, surface.points[there], surface.normals[there]) == ()
-    assert checker.place_patiently(surface.points[there], surface.normals[there], [], anywhere=False) is None
+    assert checker.place_near(surface.points[there], surface.normals[there], []) is None

@@ -1,7 +1,8 @@
 """The global search against plain enumeration, and its bounds against exact values."""
 
+import dataclasses
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from graspbench.hand.posture import HandPosture
 from graspbench.planning import SearchParameters, plan_global
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.merit import best_first, merit_of, quality_of, support_bounds
+from graspbench.planning.search.layout import lay_out
+from graspbench.planning.search.objectives import make_objective
 from tests.planning.shapes import ellipsoid
 
 QUALITY = QualityParameters()
@@ -59,7 +62,10 @@ class _Picky:
     def place(self, points, normals, *, start=None):
         return None if self.excludes(points, normals) else _posture(len(points))
 
-    def place_patiently(self, points, normals, near, *, anywhere=True):
+    def place_near(self, points, normals, near):
+        return self.place(points, normals)
+
+    def place_patiently(self, points, normals, near):
         return self.place(points, normals)
 
     def excludes(self, points, normals):
@@ -90,14 +96,71 @@ def test_every_contact_model_and_norm_is_certified(contact, norm):
     assert found.value == pytest.approx(_best_by_enumeration(surface, "q3", 3, quality=quality), rel=1e-9)
 
 
+def _uneven(seed, meridians, parallels):
+    """Return a surface with no symmetry, so that no two grasps are alike."""
+    rng = np.random.default_rng(seed)
+    surface = ellipsoid(tuple(rng.uniform(0.02, 0.05, 3)), meridians=meridians, parallels=parallels)
+    normals = surface.normals + rng.normal(0.0, 0.2, surface.normals.shape)
+    points = surface.points + rng.normal(0.0, 1e-3, surface.points.shape)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return dataclasses.replace(surface, points=points, normals=normals)
+
+
+PLANAR = [
+    ("frictionless", "planar_force", 8, "l1"),
+    ("frictionless", "planar_force", 8, "linf"),
+    ("hard_finger", "planar_force", 8, "l1"),
+    ("hard_finger", "planar", 8, "l1"),
+    ("hard_finger", "planar", 5, "linf"),
+    ("soft_finger", "planar", 4, "l1"),
+    ("frictionless", "planar", 8, "l1"),
+]
+
+
 @pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
-def test_planar_wrench_spaces_are_certified(measure):
-    quality = QualityParameters(wrench_space="planar")
-    surface = ellipsoid((0.03, 0.025, 0.04), meridians=5, parallels=4)
-    found = plan_global(surface, measure, 3, quality, unhurried())
-    best = _best_by_enumeration(surface, measure, 3, quality=quality)
+@pytest.mark.parametrize(("contact", "space", "edges", "norm"), PLANAR)
+@pytest.mark.parametrize("n_f", [3, 4])
+def test_planar_wrench_spaces_are_certified(measure, contact, space, edges, norm, n_f):
+    quality = QualityParameters(contact=contact, wrench_space=space, cone_edges=edges, norm=norm)
+    if space == "planar_force" and contact != "frictionless" and measure != "q3":
+        pytest.skip("the same value for every grasp")
+    if contact == "frictionless" and space == "planar" and n_f == 3:
+        pytest.skip("never force closure")
+    surface = _uneven(n_f, *((5, 4) if n_f == 3 else (4, 3)))
+    found = plan_global(surface, measure, n_f, quality, unhurried(climbs=1))
+    best = _best_by_enumeration(surface, measure, n_f, quality=quality)
     assert found.optimal
     assert found.value == pytest.approx(best, rel=1e-9)
+
+
+@pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
+@pytest.mark.parametrize(("contact", "space", "edges", "norm"), PLANAR[::2])
+def test_planar_bounds_hold_for_every_grasp_of_the_clusters(measure, contact, space, edges, norm):
+    quality = QualityParameters(contact=contact, wrench_space=space, cone_edges=edges, norm=norm)
+    surface = _uneven(7, 10, 9)
+    length = quality.torque_length_m(surface.points, surface.centroid)
+    layout = lay_out(
+        surface.points, -surface.normals, surface.centroid, quality, length,
+        np.arange(len(surface.points)), 3, np.array([np.inf, np.inf]),
+    )  # fmt: skip
+    objective, rng = make_objective(layout, measure), np.random.default_rng(0)
+    tree, tight = layout.tree, 0
+    for _ in range(60):
+        sizes = tree.span[:, 1] - tree.span[:, 0]
+        clusters = rng.choice(np.flatnonzero(sizes <= rng.choice([1, 3, 8])), 3)
+        members = [np.arange(*tree.span[cluster]) for cluster in clusters]
+        grasps = np.array([row for row in product(*members) if len(set(row)) == 3])
+        if not len(grasps):
+            continue
+        bounds = np.array([np.inf])
+        objective.bound(clusters[None], bounds, -np.inf)
+        exact = objective.evaluate(grasps, -np.inf)
+        assert exact.max() <= bounds[0]
+        promised = objective.promise(grasps, -np.inf)
+        assert (exact[exact > 0.0] <= promised[exact > 0.0]).all()
+        tight += exact.max() > 0.5 * bounds[0]
+    if contact != "frictionless" or space == "planar_force":
+        assert tight > 0
 
 
 @pytest.mark.parametrize("tolerance_m", [None, 0.004])

@@ -97,8 +97,8 @@ def branch_and_bound(
                 size = push(
                     bounds, tuples, size, child_bounds[:n_children], children[:n_children], progress.best
                 )
-            if n_leaves:
-                _resolve(objective, leaves[:n_leaves], accept, progress, pool)
+            if n_leaves and not _resolve(objective, leaves[:n_leaves], accept, progress, pool, out_of_time):
+                return progress
 
 
 def _bound(
@@ -124,8 +124,9 @@ def _resolve(
     accept: Callable[[IntArray, float], float],
     progress: Progress,
     pool: ThreadPoolExecutor,
-) -> None:
-    """Find the best grasp of tuples that hold few."""
+    out_of_time: Callable[[], bool],
+) -> bool:
+    """Find the best grasp of tuples that hold few; return False if the time was up before."""
     lower = progress.best
     chunks = [tuples[k : k + LEAF_CHUNK] for k in range(0, len(tuples), LEAF_CHUNK)]
     found = list(pool.map(lambda chunk: objective.candidates(chunk, lower), chunks))
@@ -136,6 +137,8 @@ def _resolve(
         part = order[start : start + EVALUATED_AT_ONCE]
         if bounds[part[0]] <= progress.best:
             break
+        if out_of_time():
+            return False
         values = objective.evaluate(grasps[part], progress.best)
         progress.evaluated += len(part)
         for k in np.argsort(-values, kind="stable"):
@@ -144,3 +147,4 @@ def _resolve(
             value = accept(grasps[part[k]], float(values[k]))
             if value > progress.best:
                 progress.best, progress.tuple = value, grasps[part[k]].copy()
+    return True

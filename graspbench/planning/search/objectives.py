@@ -8,9 +8,17 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples, largest_balls
 from graspbench.planning.search.covering import standing_grasps
 from graspbench.planning.search.layout import Layout, single_grasps
+from graspbench.planning.search.planar import bound_planar, planar_grasps, planar_promise
+from graspbench.planning.search.tables import even_directions
 
 FEW = 4096
 """Grasps that are looked at together for Q3."""
+
+FEW_PLANAR, LISTED = 64, 4096
+"""Grasps of one tuple, and of several, that are looked at together in a planar wrench space."""
+
+PLANAR_DIRECTIONS = {2: 24, 3: 96}
+"""Even directions of a planar wrench space, by its components."""
 
 _CODES = {"q1": Q1, "q2": Q2, "q3": Q3}
 
@@ -104,60 +112,59 @@ class WrenchObjective:
 class PlanarObjective:
     """Q1, Q2 or Q3 in a planar wrench space, which depends on each grasp's plane.
 
-    The only bounds that hold for all planes are those of the trace of G G^T and of the longest wrench, so
-    that this search is little better than enumeration.
-
     Args:
         layout: The problem.
         measure: ``q1``, ``q2`` or ``q3``.
     """
 
-    few = 1
+    few = FEW_PLANAR
 
     def __init__(self, layout: Layout, measure: str) -> None:
-        self._layout = layout
-        self._measure = measure
+        self._layout, self._measure, self._code = layout, measure, _CODES[measure]
+        self._minkowski = measure == "q3" and layout.quality.norm == "linf"
         self._limits = layout.limits / layout.torque_length
+        self._arms = (layout.points - layout.centroid) / layout.torque_length
+        self._normals = np.ascontiguousarray(layout.normals_in)
+        self._vertices = np.ascontiguousarray(layout.quality.polytope().vertices)
+        size = 3 if layout.quality.wrench_space == "planar" else 2
+        self._directions = even_directions(PLANAR_DIRECTIONS[size], size)
         traces = np.sum(layout.maps**2, axis=(1, 2))
-        lengths = np.linalg.norm(layout.wrenches, axis=2).max(axis=1)
-        span = layout.tree.span
-        self._trace = np.array([traces[a:b].max() for a, b in span])
-        self._length = np.array([lengths[a:b].max() for a, b in span])
+        self._caps = np.array([traces[a:b].max() for a, b in layout.tree.span])
 
     def bound(self, tuples: IntArray, bounds: FloatArray, lower: float) -> None:
         """See `Objective`."""
-        size = 3 if self._layout.quality.wrench_space == "planar" else 2
-        mean = self._trace[tuples].sum(axis=1) / size
-        if self._measure == "q1":
-            values = np.sqrt(mean)
-        elif self._measure == "q2":
-            values = mean ** (0.5 * size)
-        else:
-            sums = self._layout.quality.norm == "linf"
-            values = self._length[tuples].sum(axis=1) if sums else self._length[tuples].max(axis=1)
-        np.minimum(bounds, values * (1.0 + 1e-9), out=bounds)
-        bounds[~self._within_limits(tuples)] = -np.inf
+        bound_planar(
+            tuples, bounds, self._layout.branches, self._layout.balls, self._caps, self._arms, self._normals,
+            self._vertices, self._directions, self._code, self._minkowski, self._limits, lower,
+        )  # fmt: skip
 
     def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
         """See `Objective`."""
-        return single_grasps(self._layout, tuples)
+        found = []
+        grasps, bounds = np.empty((LISTED, tuples.shape[1]), dtype=np.int64), np.empty(LISTED)
+        while len(tuples):
+            done, listed = planar_grasps(
+                tuples, self._layout.branches, self._arms, self._normals, self._vertices, self._directions,
+                self._code, self._minkowski, lower, grasps, bounds,
+            )  # fmt: skip
+            found.append((grasps[:listed].copy(), bounds[:listed].copy()))
+            tuples = tuples[done:]
+        listed_grasps, reached = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        allowed = self._layout.within_limits(listed_grasps)
+        return listed_grasps[allowed], reached[allowed]
 
     def promise(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
-        if self._measure != "q3":
-            return self._layout.singular(tuples, self._measure)
-        return np.asarray(self._length[self._layout.tree.leaves[tuples]].sum(axis=1))
+        promised = np.empty(len(tuples))
+        planar_promise(
+            tuples, self._arms, self._normals, self._vertices, self._directions, self._code, self._minkowski,
+            lower, promised,
+        )  # fmt: skip
+        return promised
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
         return self._layout.measure(tuples, self._measure, lower)
-
-    def _within_limits(self, tuples: IntArray) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-        centres, radii = self._layout.balls[tuples, :3], self._layout.balls[tuples, 3]
-        gaps = np.linalg.norm(centres[:, :, None] - centres[:, None, :], axis=-1)
-        gaps -= radii[:, :, None] + radii[:, None, :]
-        away = np.linalg.norm(centres.mean(axis=1), axis=1) - radii.mean(axis=1)
-        return np.asarray((gaps.max(axis=(1, 2)) <= self._limits[0]) & (away <= self._limits[1]))
 
 
 def make_objective(layout: Layout, measure: str) -> Objective:

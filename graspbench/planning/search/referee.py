@@ -18,8 +18,8 @@ from graspbench.hand.posture import HandPosture
 from graspbench.planning.constraint import GraspConstraint
 from graspbench.reconstruction.surface import Surface
 
-NEIGHBOURS, PATIENT_NEIGHBOURS = 3, 12
-"""Grasps that are held and from which the hand is moved to one that it refused."""
+NEIGHBOURS, PATIENT_NEIGHBOURS = 2, 12
+"""Grasps that are held and from which the hand is moved to one that it refused: at once, and at the end."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Referee:
             posture = self._checker.place(points, normals, start=start)
         if posture is None:
             near = self._near(nodes, NEIGHBOURS)
-            posture = self._checker.place_patiently(points, normals, near, anywhere=False)
+            posture = self._checker.place_near(points, normals, near)
         if posture is None:
             self._refused[key] = nodes
             return None
