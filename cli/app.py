@@ -19,6 +19,7 @@ from graspbench.cli import (
     run,
     sweep,
     tune,
+    view,
 )
 from graspbench.errors import GraspbenchError
 
@@ -34,6 +35,7 @@ app.command("run")(run.run)
 app.command("sweep")(sweep.sweep)
 app.command("tune")(tune.tune)
 app.command("report")(report.report)
+app.command("view")(view.view)
 app.command("paper")(paper.paper)
 app.command("manipulate")(manipulate.manipulate)
 app.command("config")(config.config)

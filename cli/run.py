@@ -38,14 +38,14 @@ def run(
 
 def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json, print_stage
     from graspbench.experiment import ResultStore, run_and_store
 
     store = ResultStore(output)
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:
-        err.print(f"[dim]{time.perf_counter() - started:7.2f} s[/dim]  {stage} ({seconds * 1e3:.0f} ms)")
+        print_stage(time.perf_counter() - started, stage, seconds)
 
     result = run_and_store(config, store, on_stage=show_stage)
     store.write_table()
@@ -58,12 +58,11 @@ def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
 
 
 def _print_summary(result: "TrialResult", folder: Path) -> None:
-    from graspbench.cli.printing import out, print_rows
+    from graspbench.cli.printing import out, print_failure, print_rows
 
     who = f"{result.object.name}, {result.hand.name} hand, {result.hand.fingers} fingers"
     if result.status != "done":
-        out.print("[bold red]failed[/bold red]:", end=" ")
-        out.print(result.reason, markup=False)
+        print_failure(result.reason)
     elif result.global_:
         rows = [_measure_row(result, measure) for measure in result.global_]
         print_rows(rows, title=f"{who}, index {result.index['name']}: local against global")
@@ -71,10 +70,10 @@ def _print_summary(result: "TrialResult", folder: Path) -> None:
         figures = [{"figure": key, "value": value} for key, value in vars(result.manipulation).items()]
         motion, contact = result.config["motion"]["name"], result.config["contact"]["kind"]
         print_rows(figures, title=f"{who}, motion {motion}, {contact} contacts")
-    out.print(f"results   {folder}", markup=False)
+    out.print(f"results   {folder}")
     for path in sorted(folder.iterdir()):
         if path.suffix in _SHOWN_FILES:
-            out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}", markup=False)
+            out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}")
 
 
 _SHOWN_FILES = {".png": "picture", ".mcap": "log", ".csv": "histories"}

@@ -23,7 +23,7 @@ from graspbench.planning import INDICES, PlannerParameters, SearchParameters
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
-from graspbench.simulation.execution import ExecutionParameters
+from graspbench.simulation.execution_parameters import ExecutionParameters
 
 Tree = dict[str, Any]
 Primary = Literal["config", "manipulate"]

@@ -39,7 +39,7 @@ from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
-from graspbench.simulation.execution import ExecutionParameters
+from graspbench.simulation.execution_parameters import ExecutionParameters
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters

@@ -11,6 +11,7 @@ from pathlib import Path
 from graspbench.errors import HandError
 
 SCHEME = "package://"
+_PACKAGE_DEPTH = 5
 
 
 def list_hands() -> tuple[str, ...]:
@@ -45,12 +46,11 @@ def find_urdf(urdf: str | None, package_dirs: tuple[str, ...], hand: str) -> tup
         folders += tuple(f for f in (_installed_share(relative),) if f is not None)
         candidates = [folder / relative for folder in folders]
     else:
-        path = Path(urdf).expanduser().resolve()
-        folders += (path.parent,)
-        candidates = [path]
+        candidates = [Path(urdf).expanduser().resolve()]
     for candidate in candidates:
         if candidate.is_file():
-            return candidate, folders
+            # A package is a folder around its URDF, as ROS lays it out: PACKAGE/urdf beside PACKAGE/meshes.
+            return candidate, folders + tuple(candidate.parents)[:_PACKAGE_DEPTH]
     raise HandError(
         f"the URDF '{urdf}' of hand '{hand}' does not exist",
         remedy="correct hand.urdf"

@@ -1,5 +1,6 @@
 """Loading a hand: from its description and its URDF to a hand model."""
 
+import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,15 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand import shapes
 from graspbench.hand.chains import PREFERRED, extract_chains
+from graspbench.hand.completion import add_tip_spheres, completed_description
 from graspbench.hand.files import find_urdf, write_urdf
 from graspbench.hand.model import HandModel, shape_poses_of
-from graspbench.hand.overrides import replace_collision
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
 from graspbench.hand.radial import describe_radial, radial_urdf
+from graspbench.quiet import captured_output
+
+_DRAWN_POSTURES = 8
+_FLAT_M = 1e-6
 
 
 def load_hand(parameters: HandParameters) -> HandModel:
@@ -48,35 +53,37 @@ class _Key:
 def _load(key: _Key) -> HandModel:
     parameters = key.parameters
     package_dirs: tuple[Path, ...]
+    robot: ElementTree.Element | None = None
     if parameters.kind == "radial":
         path = write_urdf(radial_urdf(parameters), "radial")
         package_dirs = (path.parent,)
         palm, fingers = describe_radial(parameters)
     else:
-        path, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
-        if parameters.collision:
-            text = replace_collision(path, package_dirs, parameters.collision, parameters.name)
-            path = write_urdf(text, path.stem)
-        palm, fingers = parameters.palm, parameters.chains
+        source, package_dirs = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
+        robot, fingers = completed_description(source, package_dirs, parameters)
+        path, palm = write_urdf(_text(robot), source.stem), parameters.palm
     used = _choose(parameters, fingers)
     model, geometry = _read(path, package_dirs, parameters.name)
     transform = _palm_placement(model, palm, parameters.name)
     # All fingers are read, so that an idle one is checked and known to rest.
     extract_chains(model, transform, fingers, parameters.name)
     chains, frames = extract_chains(model, transform, used, parameters.name)
+    bare = shapes.bare_tips(geometry, frames, chains.tips, chains.counts, parameters.tip_radius_m)
+    if bare and robot is not None:
+        add_tip_spheres(robot, [used[f] for f in bare], parameters.tip_radius_m)
+        path = write_urdf(_text(robot), path.stem.rsplit("_", 1)[0])
+        model, geometry = _read(path, package_dirs, parameters.name)
     rest = _rest(model, fingers)
     preferred = rest.copy()
     for f in range(len(used)):
         preferred[chains.index[f, : chains.counts[f]]] = chains.limits[f, : chains.counts[f], PREFERRED]
     data = model.createData()
     pinocchio.forwardKinematics(model, data, preferred)
-    found = shapes.extract_shapes(
-        model, geometry, data, transform, frames, chains.tips, chains.counts, parameters.tip_radius_m
-    )
+    found = shapes.extract_shapes(model, geometry, data, transform, frames, chains.tips, chains.counts)
     found = shapes.with_pairs(
         found, shape_poses_of(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
     )
-    return HandModel(
+    loaded = HandModel(
         name=parameters.name,
         finger_names=tuple(finger.name for finger in used),
         joint_names=tuple(model.names[1:]),
@@ -99,6 +106,29 @@ def _load(key: _Key) -> HandModel:
         chains=chains,
         shapes=found,
     )
+    _refuse_flat_fingers(loaded)
+    return loaded
+
+
+def _text(robot: ElementTree.Element) -> str:
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _refuse_flat_fingers(hand: HandModel) -> None:
+    """Refuse fingers whose tips move in a plane or on a line only, whatever the posture."""
+    generator = np.random.default_rng(0)
+    shares = generator.uniform(0.1, 0.9, (_DRAWN_POSTURES, hand.n_joints))
+    drawn = hand.lower + shares * (hand.upper - hand.lower)
+    jacobians = np.stack([hand.tip_jacobians(joints) for joints in drawn])
+    freedom = np.linalg.svd(jacobians, compute_uv=False)[..., -1].max(axis=0)
+    flat = np.flatnonzero(freedom < _FLAT_M)
+    if flat.size:
+        raise HandError(
+            f"finger '{hand.finger_names[flat[0]]}' of hand '{hand.name}' moves its tip in a plane only (its "
+            "joints' axes are parallel)",
+            remedy="describe fingers with a joint that moves them sideways",
+            finger=hand.finger_names[flat[0]],
+        )
 
 
 def _choose(
@@ -126,21 +156,30 @@ def _choose(
 def _read(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
     folders = [str(folder) for folder in package_dirs]
     try:
-        model = pinocchio.buildModelFromUrdf(str(path), mimic=True)
-        geometry = pinocchio.buildGeomFromUrdf(
-            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
-        )
+        with captured_output():
+            model = pinocchio.buildModelFromUrdf(str(path))
+            geometry = pinocchio.buildGeomFromUrdf(
+                model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
+            )
     except (ValueError, RuntimeError) as error:
+        said = str(error).strip()
+        meshes = [mesh.get("filename", "") for mesh in ElementTree.parse(path).getroot().iter("mesh")]
+        if broken := [mesh for mesh in meshes if mesh in said]:
+            raise HandError(
+                f"the collision mesh '{broken[0]}' of hand '{hand}' cannot be read",
+                remedy="save it as STL, OBJ or DAE",
+                mesh=broken[0],
+            ) from error
         raise HandError(
-            f"the URDF '{path}' of hand '{hand}' cannot be read ({str(error).strip().splitlines()[-1]})",
-            remedy="check the file and the meshes it names",
+            f"the URDF '{path}' of hand '{hand}' cannot be read ({said.splitlines()[-1]})",
+            remedy="check the file: its tree of links, its joints and their numbers",
             path=str(path),
         ) from error
     for joint in range(1, model.njoints):
-        if model.joints[joint].nq != 1 or "Mimic" in model.joints[joint].shortname():
+        if model.joints[joint].nq != 1:
             raise HandError(
                 f"joint '{model.names[joint]}' of hand '{hand}' is not a plain joint with limits",
-                remedy="make it revolute with limits, or fixed; coupled (mimic) joints are not supported",
+                remedy="make it revolute with limits, or lock it with hand.locked_deg",
                 joint=model.names[joint],
             )
     return model, geometry
@@ -151,12 +190,6 @@ def _palm_placement(model: pinocchio.Model, palm: PalmDescription, hand: str) ->
         known = ", ".join(f.name for f in model.frames if f.type == pinocchio.FrameType.BODY)
         raise HandError(f"hand '{hand}' has no palm link '{palm.link}'", remedy=f"choose one of {known}")
     frame = model.frames[model.getFrameId(palm.link)]
-    if frame.parentJoint != 0:
-        raise HandError(
-            f"the palm link '{palm.link}' of hand '{hand}' is moved by joint "
-            f"'{model.names[frame.parentJoint]}'",
-            remedy="choose a link fixed to the root link",
-        )
     rotation = pinocchio.rpy.rpyToMatrix(np.radians(palm.rpy_deg))
     return frame.placement * pinocchio.SE3(rotation, np.array(palm.xyz_m))
 

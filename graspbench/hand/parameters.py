@@ -45,7 +45,10 @@ class FingerDescription:
     """One finger: a chain of revolute joints from the palm to a spherical tip."""
 
     name: Annotated[str, Field(description="Name of the finger")]
-    tip: Annotated[str, Field(description="Link (or frame) whose origin is the centre of the spherical tip")]
+    tip: Annotated[str, Field(description="Link whose origin is the centre of the spherical tip")]
+    tip_xyz_m: Annotated[
+        Vector3, Field(description="Centre of the tip in that link, where it is not the origin, m")
+    ] = (0.0, 0.0, 0.0)
     joints: Annotated[
         tuple[str, ...] | None, Field(description="Its joints from palm to tip; null: all on the way")
     ] = None
@@ -99,14 +102,19 @@ class HandParameters:
         Field(description="Preferred joints of a grasp in the same order (radial), deg"),
     ] = (0.0, -35.0, 50.0, 35.0)
     velocity_limit_deg: Annotated[
-        float, Field(gt=0, description="Velocity limit of every joint (radial), deg/s")
+        float,
+        Field(gt=0, description="Velocity limit of all joints (radial) or those without one (urdf), deg/s"),
     ] = 180.0
     effort_limit_nm: Annotated[
-        float, Field(gt=0, description="Torque limit of every joint (radial), N m")
+        float,
+        Field(gt=0, description="Torque limit of all joints (radial) or those without one (urdf), N m"),
     ] = 2.0
-    density_kg_m3: Annotated[float, Field(gt=0, description="Density of palm and links (radial), kg/m^3")] = (
-        1500.0
-    )
+    density_kg_m3: Annotated[
+        float,
+        Field(
+            gt=0, description="Density of palm and links (radial) or of those without a mass (urdf), kg/m^3"
+        ),
+    ] = 1500.0
 
     urdf: Annotated[
         str | None,
@@ -125,6 +133,10 @@ class HandParameters:
     subsets: Annotated[
         dict[int, tuple[str, ...]],
         Field(description="Which fingers are used when fewer are asked for; default: the first ones (urdf)"),
+    ] = field(default_factory=dict)
+    locked_deg: Annotated[
+        dict[str, float],
+        Field(description="Joints that are held, and where; a wrist's are at 0 without this (urdf), deg"),
     ] = field(default_factory=dict)
     collision: Annotated[
         dict[str, tuple[CollisionShape, ...]],

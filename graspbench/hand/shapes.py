@@ -11,7 +11,7 @@ from graspbench.errors import HandError
 from graspbench.hand.distance import BOX, CYLINDER, SEGMENT, core_distance
 
 PALM = -1
-
+_TIP_M = 1e-6
 
 FINGER, LINK, KIND, IS_TIP = 0, 1, 2, 3
 RADIUS, BOUND = 3, 4
@@ -54,7 +54,6 @@ def extract_shapes(
     frames: dict[int, tuple[int, int, pinocchio.SE3]],
     tips: FloatArray,
     counts: IntArray,
-    tip_radius_m: float,
 ) -> Shapes:
     """Read the collision shapes of palm and fingers.
 
@@ -70,7 +69,6 @@ def extract_shapes(
         frames: Fingers' joints, from ``extract_chains``.
         tips: Tip centres in the last joint frames, shape (f, 3), m.
         counts: Number of joints of each finger, shape (f,).
-        tip_radius_m: Radius of the fingertips.
     """
     shapes: list[_Shape] = []
     for item in geometry.geometryObjects:
@@ -83,15 +81,10 @@ def extract_shapes(
         else:
             placement = palm.inverse() * data.oMi[item.parentJoint] * placement
         at_tip = finger != PALM and link == counts[finger] - 1 and kind == SEGMENT and half[2] == 0.0
-        at_tip = at_tip and bool(np.linalg.norm(placement.translation - tips[finger]) < 1e-6)
+        at_tip = at_tip and bool(np.linalg.norm(placement.translation - tips[finger]) < _TIP_M)
         shapes.append(
             _Shape(finger, link, kind, placement.rotation, placement.translation, half, radius, int(at_tip))
         )
-    for f, tip in enumerate(tips):
-        if not any(s.is_tip and s.finger == f and s.radius >= tip_radius_m - 1e-9 for s in shapes):
-            shapes.append(
-                _Shape(f, int(counts[f]) - 1, SEGMENT, np.eye(3), tip, np.zeros(3), tip_radius_m, 1)
-            )
     shapes = _without_covered(shapes)
     shapes.sort(key=lambda s: (s.finger, s.link))
     reach = [np.hypot(s.half[0], s.half[2]) if s.kind == CYLINDER else np.linalg.norm(s.half) for s in shapes]
@@ -101,6 +94,33 @@ def extract_shapes(
         size=np.array([(*s.half, s.radius, r + s.radius) for s, r in zip(shapes, reach, strict=True)]),
         pairs=np.zeros((0, 2), dtype=np.int64),
     )
+
+
+def bare_tips(
+    geometry: pinocchio.GeometryModel,
+    frames: dict[int, tuple[int, int, pinocchio.SE3]],
+    tips: FloatArray,
+    counts: IntArray,
+    tip_radius_m: float,
+) -> list[int]:
+    """Return the fingers whose tips have no sphere of the stated radius, or a larger one, at their centres.
+
+    Args:
+        geometry: The hand's collision geometry.
+        frames: Fingers' joints, from ``extract_chains``.
+        tips: Tip centres in the last joint frames, shape (f, 3), m.
+        counts: Number of joints of each finger, shape (f,).
+        tip_radius_m: Radius of the fingertips.
+    """
+    covered = set()
+    for item in geometry.geometryObjects:
+        finger, link, turn = frames.get(item.parentJoint, (PALM, PALM, None))
+        if finger == PALM or link != counts[finger] - 1 or not isinstance(item.geometry, coal.Sphere):
+            continue
+        centre = (turn * item.placement).translation
+        if np.linalg.norm(centre - tips[finger]) < _TIP_M and item.geometry.radius >= tip_radius_m - 1e-9:
+            covered.add(finger)
+    return [f for f in range(len(tips)) if f not in covered]
 
 
 def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:

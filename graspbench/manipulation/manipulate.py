@@ -16,14 +16,13 @@ from graspbench.manipulation.classification import GraspClass, classify
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ContactType, ManipulationSystem
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters
+from graspbench.manipulation.kinematic_tree import KinematicTree, tree_from_pinocchio
 from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
-from graspbench.manipulation.task import build_tasks
-from graspbench.manipulation.tree import KinematicTree, tree_from_pinocchio
+from graspbench.manipulation.secondary_task import build_tasks
 from graspbench.reconstruction.surface import Surface
 
-_GRAVITY = 9.81
 _UNKNOWN_MASS_KG = 0.1
 
 
@@ -54,6 +53,7 @@ def manipulate_object(
     contact: ContactParameters | None = None,
     *,
     transform_object_to_world: FloatArray | None = None,
+    gravity: float = 9.81,
 ) -> ManipulationResult:
     """Move a grasped object through a motion by the fingers alone; the palm stays.
 
@@ -67,6 +67,7 @@ def manipulate_object(
         contact: Contact type and forces.
         transform_object_to_world: The object's pose; by default its frame is at the grasp's centroid with the
             world's axes.
+        gravity: For the contact forces, m/s^2.
 
     Raises:
         HandError: The grasp has no posture.
@@ -92,7 +93,7 @@ def manipulate_object(
     trajectory = object_motion(motion, to_palm[:3, 3], to_palm[:3, :3])
     law = Clik(system, trajectory, clik, build_tasks(clik.tasks))
     grasp_class = classify(system.state(joints, variables))
-    forces = _ForceRecorder(chosen, trajectory, posture.transform_palm_to_world[:3, :3], clik.step_s)
+    forces = _ForceRecorder(chosen, trajectory, posture.transform_palm_to_world[:3, :3], clik.step_s, gravity)
     history = simulate(law, joints, variables, motion.duration_s, watch=forces.watch)
     return _result(system, history, grasp_class, forces, hand, posture.transform_palm_to_world)
 
@@ -176,7 +177,12 @@ class _ForceRecorder:
     """Computes contact forces at a lower rate while the motion runs."""
 
     def __init__(
-        self, parameters: ContactParameters, trajectory: Trajectory, to_world: FloatArray, step_s: float
+        self,
+        parameters: ContactParameters,
+        trajectory: Trajectory,
+        to_world: FloatArray,
+        step_s: float,
+        gravity: float,
     ) -> None:
         self.times: list[float] = []
         self.forces: list[FloatArray] = []
@@ -184,7 +190,7 @@ class _ForceRecorder:
         self._every = max(round(1.0 / (parameters.force_rate_hz * step_s)), 1)
         self._step_s, self._trajectory = step_s, trajectory
         self._mass = _UNKNOWN_MASS_KG if parameters.mass_kg is None else parameters.mass_kg
-        self._up = to_world.T @ np.array([0.0, 0.0, 1.0])
+        self._gravity = gravity * to_world.T @ np.array([0.0, 0.0, 1.0])
         self._distribute = ForceDistribution(parameters.forces)
 
     def watch(self, clik: Clik, period: int) -> None:
@@ -193,7 +199,7 @@ class _ForceRecorder:
         time_s = period * self._step_s
         load = np.zeros(6)
         # a point mass: the torque of a small object's angular acceleration is negligible here
-        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + _GRAVITY * self._up)
+        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + self._gravity)
         self.times.append(time_s)
         try:
             found = self._distribute(clik.state, load)

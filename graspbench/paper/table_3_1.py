@@ -82,8 +82,9 @@ def _write(
     trials: Sequence[SweepTrial], store: ResultStore, folder: Path, say: Say
 ) -> tuple[Rows, dict[str, Any]]:
     """Write tables, plot, and a picture of every cell that falls short."""
-    from graspbench.report.local_global import comparison_rows, comparison_tables, summary  # loads pandas
+    from graspbench.report.local_global import comparison_rows, local_global_table, summary  # loads pandas
     from graspbench.report.local_global_figures import draw_ratios  # loads Matplotlib
+    from graspbench.report.tables import write_tables
 
     rows: Rows = []
     failed = []
@@ -95,9 +96,9 @@ def _write(
         found = comparison_rows(result)
         _explain(trial.config, result, found, folder, say)
         rows += found
-    notes = [_settings(trials[0].config), *failed]
-    for name, text in comparison_tables(rows, notes).items():
-        write_atomically(folder / name, text)
+    models = dict.fromkeys(trial.config.quality.describe() for trial in trials)
+    notes = [_settings(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
+    write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:
         draw_ratios(rows, folder / "ratios.png")

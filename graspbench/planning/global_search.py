@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import comb
 from typing import Annotated, Literal, TypeAlias, get_args
@@ -19,7 +19,7 @@ from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.mirtich_canny_optimum import largest_outer_triangle
 from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
-from graspbench.planning.search.climb import Climber, ContactsInTurn, Place, sampled_grasps
+from graspbench.planning.search.climb import PROGRESS, Climber, ContactsInTurn, Place, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import Objective, make_objective
@@ -62,12 +62,20 @@ class SearchParameters:
 class GlobalResult:
     """The best grasp found, and what is known about all others.
 
+    The posture solver is numerical: that it finds no posture for a grasp proves nothing. So there are two
+    bounds. ``upper_bound`` leaves out only what is proved to be out of reach; ``upper_bound_up_to_solver``
+    leaves out what the solver did not find, too.
+
     Attributes:
         grasp: The best grasp; None if none was found.
         value: Its measure (m^2 for mirtich_canny); -inf if there is none.
-        upper_bound: No grasp that meets the constraints has a larger measure.
+        upper_bound: No grasp that meets the constraints has a larger measure: proved.
         gap: (upper_bound - value) / upper_bound; 1 while there is no grasp.
-        optimal: Whether it is certified that no grasp is better (or that there is none at all).
+        optimal: Whether it is proved that no grasp is better (or that there is none at all).
+        upper_bound_up_to_solver: No grasp that the posture solver finds a hand for has a larger measure.
+        optimal_up_to_solver: Whether every grasp that would be better was refused by the posture solver.
+        doubtful: Number of grasps that would be better, that the solver refused even after a long search, and
+            that are not proved to be out of reach.
         evaluated: Number of grasps whose measure was computed.
         pruned: Share of all combinations of nodes that was excluded without being evaluated.
         placements: Number of grasps that the hand was asked to hold.
@@ -79,6 +87,9 @@ class GlobalResult:
     upper_bound: float
     gap: float
     optimal: bool
+    upper_bound_up_to_solver: float
+    optimal_up_to_solver: bool
+    doubtful: int
     evaluated: int
     pruned: float
     placements: int
@@ -99,8 +110,10 @@ def plan_global(
     """Find the best of all force closure grasps that the hand can hold, with a certificate.
 
     Q1 to Q3: best-first branch and bound over clusters of nodes; ``mirtich_canny``: all triples of nodes. The
-    hand is asked only for grasps that would be the best so far. When the time is up, the result holds the
-    best grasp so far and the upper bound of all that was not looked at.
+    hand is asked only for grasps that would be the best so far. About what it refuses it is asked again at
+    the end, from the postures of similar grasps and from many more starts; what it still refuses stays in the
+    upper bound unless it is proved to be out of reach. When the time is up, the result holds the best grasp
+    so far and the upper bound of all that was not looked at.
 
     Args:
         surface: The reconstructed surface at rest.
@@ -112,7 +125,8 @@ def plan_global(
         checker: The hand; None searches without one.
         centre_tolerance_m: Largest distance of the contacts' mean from the centroid (the thesis' k_cm = 1);
             None for any.
-        starts: Grasps on this surface that the hand is known to hold, for example a local planner's.
+        starts: Grasps on this surface that the hand is known to hold, for example a local planner's and what
+            it was refined to.
 
     Raises:
         ConfigurationError: The measure is unknown, or the number of contacts is not supported.
@@ -124,11 +138,10 @@ def plan_global(
     if checker is not None:
         usable = checker.vertex_mask(surface.points, surface.normals)
         limits[0] = checker.pair_limit_m
-    problem = _Problem(
-        surface, measure, n_f, quality, search, usable, limits, Referee(surface, checker), begin
-    )
+    referee = Referee(surface, checker, tuple(starts))
+    problem = _Problem(surface, measure, n_f, quality, search, usable, limits, referee, begin)
     if np.count_nonzero(usable) < n_f:
-        return problem.result(None, -np.inf, -np.inf, finished=True, evaluated=0)
+        return problem.result(_Found(None, -np.inf, -np.inf, True, 0), lambda _: -np.inf)
     if measure == "mirtich_canny":
         return _largest_outer_triangle(problem, starts)
     return _branch_and_bound(problem, starts)
@@ -155,21 +168,47 @@ class _Problem:
     def out_of_time(self) -> bool:
         return time.perf_counter() - self.begin > self.search.time_limit_s
 
-    def result(
-        self, grasp: Grasp | None, value: float, upper_bound: float, *, finished: bool, evaluated: int
-    ) -> GlobalResult:
+    def result(self, found: "_Found", evaluate: Callable[[IntArray], float]) -> GlobalResult:
+        """Ask the hand again about what it refused, and say what is known then.
+
+        Args:
+            found: What the search came to.
+            evaluate: Returns the value of a grasp (nodes, shape (n_f,)); -inf if it is none.
+        """
+        least = found.value * PROGRESS if found.value > 0.0 else found.value
+        verdict = self.referee.settle(least, evaluate, self.out_of_time)
+        grasp, value = found.grasp, found.value
+        if verdict.grasp is not None:
+            grasp, value = verdict.grasp, verdict.value
+        by_solver = max(found.upper_bound, value)
+        upper_bound = max(by_solver, *verdict.doubtful) if verdict.doubtful else by_solver
+        optimal = found.finished and not verdict.doubtful
         gap = 1.0 if value == -np.inf else max(0.0, (upper_bound - value) / upper_bound)
         return GlobalResult(
             grasp=grasp,
             value=value,
             upper_bound=upper_bound,
-            gap=0.0 if finished else gap,
-            optimal=finished,
-            evaluated=evaluated,
-            pruned=1.0 - evaluated / comb(len(self.surface.points), self.n_f),
+            gap=0.0 if optimal else gap,
+            optimal=optimal,
+            upper_bound_up_to_solver=by_solver,
+            optimal_up_to_solver=found.finished,
+            doubtful=len(verdict.doubtful),
+            evaluated=found.evaluated,
+            pruned=1.0 - found.evaluated / comb(len(self.surface.points), self.n_f),
             placements=self.referee.placements,
             time_s=time.perf_counter() - self.begin,
         )
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a search came to, with what the hand refused left out."""
+
+    grasp: Grasp | None
+    value: float
+    upper_bound: float
+    finished: bool
+    evaluated: int
 
 
 def _branch_and_bound(problem: _Problem, starts: Sequence[Grasp]) -> GlobalResult:
@@ -181,7 +220,7 @@ def _branch_and_bound(problem: _Problem, starts: Sequence[Grasp]) -> GlobalResul
     )  # fmt: skip
     objective = make_objective(layout, problem.measure)
     best = _best_start(starts, layout, objective)
-    climber = Climber(layout, objective, referee, follow=False)
+    climber = Climber(layout, objective, referee, follow=True)
     begins = [best] if best is not None and search.climbs else []
     begins += [Place(leaves, -np.inf, None) for leaves in sampled_grasps(layout, objective, search.climbs)]
     for begin in begins:
@@ -201,12 +240,14 @@ def _branch_and_bound(problem: _Problem, starts: Sequence[Grasp]) -> GlobalResul
         out_of_time=problem.out_of_time,
         start=Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf),
     )  # fmt: skip
+    grasp = None if progress.tuple is None else held[progress.tuple.tobytes()]
+
+    def evaluate(nodes: IntArray) -> float:
+        leaves = layout.leaf_of[nodes][None]
+        return float(objective.evaluate(leaves, progress.best)[0])
+
     return problem.result(
-        None if progress.tuple is None else held[progress.tuple.tobytes()],
-        progress.best,
-        progress.upper_bound,
-        finished=progress.finished,
-        evaluated=progress.evaluated,
+        _Found(grasp, progress.best, progress.upper_bound, progress.finished, progress.evaluated), evaluate
     )
 
 
@@ -233,12 +274,13 @@ def _largest_outer_triangle(problem: _Problem, starts: Sequence[Grasp]) -> Globa
             best, value = start, area
     held: Grasp | None = None
 
+    def closed(nodes: IntArray) -> bool:
+        points, normals_in = surface.points[nodes], -surface.normals[nodes]
+        return bool(force_closure(points, normals_in, surface.centroid, problem.quality, length))
+
     def accept(nodes: IntArray) -> bool:
         nonlocal held
-        points, normals_in = surface.points[nodes], -surface.normals[nodes]
-        if not force_closure(points, normals_in, surface.centroid, problem.quality, length):
-            return False
-        held = problem.referee.hold(nodes)
+        held = problem.referee.hold(nodes) if closed(nodes) else None
         return held is not None
 
     found = largest_outer_triangle(
@@ -255,7 +297,11 @@ def _largest_outer_triangle(problem: _Problem, starts: Sequence[Grasp]) -> Globa
     if len(found.vertices):
         best, value = held, found.area_m2
     upper = value if found.finished else found.upper_bound_m2
-    return problem.result(best, value, upper, finished=found.finished, evaluated=found.measured)
+
+    def evaluate(nodes: IntArray) -> float:
+        return float(mirtich_canny_scores(surface.points[nodes], surface.normals[nodes])[2])
+
+    return problem.result(_Found(best, value, upper, found.finished, found.measured), evaluate)
 
 
 def outer_triangle_m2(grasp: Grasp, search: SearchParameters) -> float | None:

@@ -85,7 +85,7 @@ def refine(
             f"unknown measure '{measure}'", remedy=f"choose from {', '.join(THESIS_MEASURES)}", name=measure
         )
     layout = _lay_out(grasp, surface, quality, checker, centre_tolerance_m)
-    objective, referee = make_objective(layout, measure), Referee(surface, checker)
+    objective, referee = make_objective(layout, measure), Referee(surface, checker, (grasp,))
     leaves = layout.leaves_of(grasp.vertices)
     value = -np.inf if leaves is None else float(objective.evaluate(leaves[None], -np.inf)[0])
     if leaves is None or value == -np.inf:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a log only reads attributes: no need to load the stages
     from graspbench.perception.silhouette import Silhouette
     from graspbench.planning.trajectory import FingertipPath
     from graspbench.reconstruction.surface import Surface
-    from graspbench.simulation.execution import Motion
+    from graspbench.simulation.execution_result import Motion
 
 SURFACE: messages.Rgba = (0.55, 0.70, 0.86, 0.85)
 CONTACT: messages.Rgba = (0.85, 0.10, 0.15, 1.0)

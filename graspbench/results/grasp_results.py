@@ -136,9 +136,22 @@ class GlobalGraspResult(GraspResult):
     """The best grasp of the finished surface by one measure, and its certificate."""
 
     value: Annotated[Number, About("The measure of the best grasp", empty="no grasp was found")]
-    upper_bound: Annotated[Number, About("No grasp that meets the constraints has a larger measure")]
+    upper_bound: Annotated[Number, About("No grasp that meets the constraints has a larger measure: proved")]
     gap: Annotated[Number, About("(upper_bound - value) / upper_bound")]
     optimal: Annotated[bool, About("Whether it is proved that no grasp is better")]
+    upper_bound_up_to_solver: Annotated[
+        Number, About("No grasp that the posture solver finds a hand for has a larger measure")
+    ]
+    optimal_up_to_solver: Annotated[
+        bool, About("Whether every grasp that would be better was refused by the posture solver")
+    ]
+    doubtful: Annotated[
+        int | None,
+        About(
+            "Grasps that would be better, refused by the solver but not proved to be out of reach",
+            empty="the result is of a version that did not count them",
+        ),
+    ]
     evaluated: Annotated[int, About("Grasps whose measure was computed")]
     pruned: Annotated[Number, About("Share of all combinations excluded without being evaluated")]
     placements: Annotated[int, About("Grasps that the hand was asked to hold")]

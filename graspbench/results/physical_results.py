@@ -41,6 +41,15 @@ class ExecutedResult(Part):
     object_turn_deg: Annotated[Number, About("How far the closing turned the object")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
     time_s: Annotated[Number, About("Simulated time")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
     ] = field(default_factory=dict)
@@ -80,6 +89,15 @@ class PlayedResult(Part):
 
     success: Annotated[bool, About("Whether the object was held to the end")]
     grip_force_n: Annotated[Number, About("Mean normal force asked of a finger, 0 without a squeeze")]
+    friction: Annotated[
+        Number | None, About("Coulomb friction between fingertips and object", empty="older result")
+    ] = None
+    torsional_friction_m: Annotated[
+        Number | None, About("Torque about the contact normal per normal force", empty="older result")
+    ] = None
+    planned_friction: Annotated[
+        Number | None, About("Coulomb friction that the grasp was planned with", empty="older result")
+    ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("Squeeze, lift, hold and the motion", empty=_NOT_REACHED)
     ] = field(default_factory=dict)

@@ -6,7 +6,8 @@ Names are imported on first use, so that reading the scene's parameters does not
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from graspbench.simulation.execution import ExecutionParameters, ExecutionResult
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.execution_result import ExecutionResult
 from graspbench.simulation.scene import SceneParameters
 
 if TYPE_CHECKING:

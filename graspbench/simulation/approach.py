@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
-from graspbench.simulation.hand import Touch
+from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage
 
 # Far from the object nothing but the motors acts, and long steps do; nothing crosses the near zone between

@@ -15,8 +15,8 @@ from graspbench.perception.detection import detect_centre
 from graspbench.perception.distortion import pixel_centres, undistort
 from graspbench.perception.silhouette import SilhouetteParameters
 from graspbench.perception.stations import Station, StationParameters, place_stations
-from graspbench.simulation.camera import Renderer
 from graspbench.simulation.colours import scene_colours
+from graspbench.simulation.renderer import Renderer
 from graspbench.simulation.sensor import expose
 from graspbench.simulation.table import build_table
 from graspbench.simulation.world import World

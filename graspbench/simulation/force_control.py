@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.grip import grip_forces
-from graspbench.simulation.hand import Touch
+from graspbench.simulation.internal_forces import internal_forces
+from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
 _RENEW_S = 0.02
@@ -35,7 +35,7 @@ class ForceControl:
         p, body = stage.parameters, stage.world.object_model
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
-        carrying = self._weight_n / (p.friction * len(fingers))
+        carrying = self._weight_n / (stage.friction.coulomb * len(fingers))
         self.mean_force_n = float(max(p.grip_force_n, p.grip_safety * carrying))
         self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
         self._pinocchio = self._model.model.copy()
@@ -62,7 +62,7 @@ class ForceControl:
         rotation = pose[:3, :3]
         points = (np.stack([touch.point for touch in self._felt]) - pose[:3, 3]) @ rotation
         normals = np.stack([touch.normal for touch in self._felt]) @ rotation
-        self._forces, _ = grip_forces(points, normals, self._stage.parameters.friction, self.mean_force_n)
+        self._forces, _ = internal_forces(points, normals, self._stage.friction.coulomb, self.mean_force_n)
         self._sharing = _weight_sharing(points)
         self._age = 0
 

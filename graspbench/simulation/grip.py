@@ -1,85 +1,162 @@
-"""Fingertip forces that hold an object: inside the friction cones, without moving it."""
+"""The object in the hand: squeezed, carried about, pushed until it slips."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import nnls
 
 from graspbench.arrays import FloatArray
+from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.execution_result import PhaseOutcome
+from graspbench.simulation.force_control import ForceControl
+from graspbench.simulation.phases import Phase, smooth
+from graspbench.simulation.simulated_hand import Touch
+from graspbench.simulation.slip import SlipMeter
+from graspbench.simulation.stage import Stage, turn_deg
 
-_EDGES = 12
-_BALANCE = 0.02
-# Least normal force of a contact as shares of the mean, in the order of preference: a finger that hardly
-# presses is soon lost.
-_FLOORS = (0.4, 0.2, 0.1, 0.0)
+_LOOK_S = 0.02
 
 
-def grip_forces(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float
-) -> tuple[FloatArray, float]:
-    """Return forces that balance each other, as deep inside the friction cones as can be.
-
-    The smallest share of the friction that still allows balance is looked for; what is left of the cones
-    is there for the weight and for disturbances.
+class Grip:
+    """The object in the hand, phase by phase.
 
     Args:
-        points: Contacts, shape (n, 3), m.
-        normals: Unit normals pointing INTO the object, shape (n, 3).
-        friction: Coulomb friction coefficient.
-        mean_normal_n: Mean normal force of a contact.
+        stage: Hand and object, all fingers in touch.
+        fingers: The fingers that touch.
+        touches: How each of them touched first.
 
-    Returns:
-        Forces on the object, shape (n, 3), and the share of friction they use, 0 to 1; the share is
-        infinite when the full cones allow no balance, and the forces are then the closest to it.
+    Attributes:
+        control: The fingers' force control.
+        palm: Where the palm is wanted, transform_palm_to_world, shape (4, 4).
+        phases: Outcomes so far, up to the first phase that lost the object.
+        reason: Why the object was lost, one clause; None if it was not.
     """
-    for floor in _FLOORS:
-        forces, balance = _balanced(points, normals, friction, mean_normal_n, floor)
-        if balance <= _BALANCE:
-            break
-    else:
-        return forces, np.inf
-    low, high = 0.0, 1.0
-    for _ in range(7):
-        middle = 0.5 * (low + high)
-        trial, balance = _balanced(points, normals, middle * friction, mean_normal_n, floor)
-        if balance <= _BALANCE:
-            high, forces = middle, trial
-        else:
-            low = middle
-    return forces, high
 
+    def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
+        self._stage, self._fingers = stage, fingers
+        self.control = ForceControl(stage, fingers, touches)
+        self._slip = SlipMeter(stage, fingers)
+        self._look = max(1, round(_LOOK_S / stage.time_step_s))
+        self._ground = stage.world.object_pose()[2, 3]
+        self._reference = np.eye(4)
+        self.palm = stage.hand.palm_pose()
+        self.phases: list[PhaseOutcome] = []
+        self.reason: str | None = None
 
-def _balanced(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float, floor: float
-) -> tuple[FloatArray, float]:
-    """Minimise the resulting wrench of cone forces; return them and the wrench per total force."""
-    n = len(points)
-    edges = np.concatenate([_cone(normal, friction) for normal in normals])
-    owner = np.repeat(np.arange(n), _EDGES)
-    arms = points - points.mean(axis=0)
-    size = max(float(np.linalg.norm(arms, axis=1).max()), 1e-6)
-    wrenches = np.vstack((edges.T, np.cross(arms[owner], edges).T / size))
-    along = np.einsum("ij,ij->i", edges, normals[owner])
-    # Rows: no net wrench; the normal forces' sum; and, faintly, equal shares and small tangential forces.
-    shares = np.stack([(owner == i) * along for i in range(n)])
-    system = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges))))
-    wanted = np.zeros(len(system))
-    wanted[6] = 1.0
-    weights, _ = nnls(system, wanted)
-    held: list[int] = []
-    while weak := [i for i in range(n) if i not in held and shares[i] @ weights < floor / n - 1e-9]:
-        held += weak  # contacts below the floor are put on it
-        rows = np.vstack((system, shares[held]))
-        weights, _ = nnls(rows, np.concatenate((wanted, np.full(len(held), floor / n))))
-    total = float(along @ weights)
-    imbalance = float(np.linalg.norm(wrenches @ weights)) / max(total, 1e-9)
-    forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)])
-    return forces * (n * mean_normal_n / max(total, 1e-9)), imbalance
+    def squeeze(self) -> bool:
+        """Build the grip force up, then take the object's weight; return whether all went well."""
+        stage = self._stage
+        steps = self._steps(stage.parameters.squeeze_time_s)
+        for k in range(steps):
+            if k % max(1, steps // 4) == 0:
+                self.control.distribute()
+            self.control.drive(self.palm, smooth((k + 1) / steps), 0.0)
+            stage.step()
+        self.control.distribute()
+        self.control.rest_here()
+        for k in range(steps // 2):
+            self.control.drive(self.palm, 1.0, smooth((k + 1) / (steps // 2)))
+            stage.step()
+        self._reference = self.object_in_palm()
+        self._slip.look()
+        return self._judge("squeeze", load_weight=1.0, lifted=False)
 
+    def move(self, phase: Phase) -> bool:
+        """Carry the object along a motion of the palm; return whether it was held."""
+        steps = self._steps(phase.time_s)
+        centre = self.object_in_palm()[:, 3]
+        centres = np.empty((steps + 2, 3))
+        centres[:2] = (self.palm @ centre)[:3]
+        self._slip.begin_phase()
+        for k in range(1, steps + 1):
+            self.palm = phase.motion(k / steps)
+            self.control.drive(self.palm, 1.0, 1.0)
+            self._stage.step()
+            centres[k + 1] = (self.palm @ centre)[:3]
+            if k % self._look == 0:
+                self._slip.look()
+        return self._judge(phase.name, self._largest_load(centres), lifted=True)
 
-def _cone(normal: FloatArray, friction: float) -> FloatArray:
-    """Return the edges of a friction cone with unit normal part, shape (edges, 3)."""
-    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u /= np.linalg.norm(u)
-    v = np.cross(normal, u)
-    angles = 2 * np.pi * np.arange(_EDGES) / _EDGES
-    edges: FloatArray = normal + friction * (np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v)
-    return edges
+    def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
+        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`."""
+        self._slip.begin_phase()
+        for k in range(1, steps + 1):
+            drive(k)
+            self.control.drive(self.palm, 1.0, 1.0)
+            self._stage.step()
+            if k % self._look == 0:
+                self._slip.look()
+        return self._judge(name, 1.0, lifted=True)
+
+    def push(self, direction: FloatArray) -> float:
+        """Push harder and harder until a contact slides; return the push resisted, in weights.
+
+        Afterwards everything is as before.
+        """
+        stage, p = self._stage, self._stage.parameters
+        client, body = stage.world.client, stage.world.object_model
+        saved = pybullet.saveState(physicsClientId=client)
+        before, slip = self.object_in_palm(), SlipMeter(stage, self._fingers)
+        slip.look()
+        steps = self._steps(p.push_time_s)
+        resisted = 0.0
+        for k in range(1, steps + 1):
+            push = p.push_limit * k / steps
+            pybullet.applyExternalForce(
+                stage.world.object_id,
+                -1,
+                (push * body.mass_kg * stage.world.scene.gravity * direction).tolist(),
+                stage.world.object_pose()[:3, 3].tolist(),
+                pybullet.WORLD_FRAME,
+                physicsClientId=client,
+            )
+            self.control.drive(self.palm, 1.0, 1.0)
+            pybullet.stepSimulation(physicsClientId=client)
+            if k % self._look == 0:
+                slip.look()
+                drift = np.linalg.norm(self.object_in_palm()[:3, 3] - before[:3, 3])
+                if slip.slip_m > p.push_slip_m or drift > p.slip_limit_m:
+                    break
+                resisted = push
+        pybullet.restoreState(stateId=saved, physicsClientId=client)
+        pybullet.removeState(saved, physicsClientId=client)
+        return float(resisted)
+
+    def _steps(self, time_s: float) -> int:
+        return max(1, round(time_s / self._stage.time_step_s))
+
+    def object_in_palm(self) -> FloatArray:
+        """Return transform_object_to_palm, shape (4, 4)."""
+        pose: FloatArray = np.linalg.inv(self._stage.hand.palm_pose()) @ self._stage.world.object_pose()
+        return pose
+
+    def _largest_load(self, centres: FloatArray) -> float:
+        """Return the largest force that carries a rigidly held object along, in weights, shape (t, 3)."""
+        gravity = self._stage.world.scene.gravity
+        acceleration = np.diff(centres, 2, axis=0) / self._stage.time_step_s**2 + [0.0, 0.0, gravity]
+        return float(np.linalg.norm(acceleration, axis=1).max(initial=gravity) / gravity)
+
+    def _judge(self, name: str, load_weight: float, *, lifted: bool) -> bool:
+        now, p = self.object_in_palm(), self._stage.parameters
+        contacts = sum(touch is not None for touch in self.control.touches())
+        drift = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
+        height = self._stage.world.object_pose()[2, 3] - self._ground
+        if lifted and height < 0.5 * p.lift_height_m:
+            self.reason = f"the object was dropped in phase {name}"
+        elif contacts < 2:
+            self.reason = f"only {contacts} finger(s) held on in phase {name}"
+        elif drift > p.slip_limit_m:
+            self.reason = f"the object slipped {1e3 * drift:.0f} mm in phase {name}"
+        held = self.reason is None
+        self.phases.append(
+            PhaseOutcome(
+                name=name,
+                contacts=contacts,
+                contacts_lost=self._slip.contacts_lost,
+                slip_m=self._slip.slip_m,
+                drift_m=drift,
+                turn_deg=turn_deg(self._reference, now),
+                load_weight=load_weight,
+                held=held,
+            )
+        )
+        return held

@@ -8,10 +8,12 @@ from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.simulation.approach import Approach
-from graspbench.simulation.execution import ExecutionParameters, Motion, PhaseOutcome
-from graspbench.simulation.lift import Grip
-from graspbench.simulation.palm_motion import carrying
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.execution_result import Motion, PhaseOutcome
+from graspbench.simulation.grip import Grip
+from graspbench.simulation.phases import plan_lift
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
 _SAMPLE_S = 0.02
@@ -41,6 +43,9 @@ class InHandResult:
         success: Whether the object was held to the end.
         reason: Why not, one clause; None on success.
         phases: Outcomes of squeeze, lift, hold and the motion, as far as it came.
+        friction: Coulomb coefficient between fingertips and object.
+        torsional_friction_m: Torque about the contact normal per normal force, m.
+        planned_friction: Coulomb coefficient that the grasp was planned with.
         grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
         times: Since the start of the motion, shape (s,), s; empty if it came to none.
         position_error_m: How far the object's centre is from where the motion wants it, in the palm frame,
@@ -54,6 +59,9 @@ class InHandResult:
     success: bool
     reason: str | None
     phases: tuple[PhaseOutcome, ...]
+    friction: float
+    torsional_friction_m: float
+    planned_friction: float
     grip_force_n: float
     times: FloatArray
     position_error_m: FloatArray
@@ -70,6 +78,7 @@ def play_in_hand(
     approach_path: JointPath,
     path: InHandPath,
     parameters: ExecutionParameters,
+    friction: TipFriction,
 ) -> InHandResult:
     """Grasp and lift the object, then play the joint path under grip force.
 
@@ -82,12 +91,13 @@ def play_in_hand(
         approach_path: The planned motion up to it.
         path: What to do with the object.
         parameters: How to execute.
+        friction: Between fingertips and object.
 
     Raises:
         SimulationError: The simulation diverged.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, approach_path, parameters)
+    stage = Stage(world, hand, approach_path, parameters, friction, plan_lift)
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
     approach.follow(approach_path)
@@ -98,11 +108,8 @@ def play_in_hand(
         return _result(stage, None, [], f"no touch of {names} at the end of the approach")
     grip = Grip(stage, fingers, [approach.touch[f] for f in fingers])
     tracked: list[tuple[float, FloatArray, FloatArray]] = []
-    if grip.squeeze():
-        low = stage.hand.palm_pose()
-        lift = carrying(low, world.object_pose()[:3, 3], parameters)[:2]
-        if all(grip.move(*phase) for phase in lift):
-            tracked = _move_in_hand(stage, grip, path)
+    if grip.squeeze() and all(grip.move(phase) for phase in stage.phases().carrying):
+        tracked = _move_in_hand(stage, grip, path)
     return _result(stage, grip, tracked, grip.reason)
 
 
@@ -150,6 +157,9 @@ def _result(
         success=reason is None,
         reason=reason,
         phases=() if grip is None else tuple(grip.phases),
+        friction=stage.friction.coulomb,
+        torsional_friction_m=stage.friction.torsional_m,
+        planned_friction=stage.friction.planned,
         grip_force_n=0.0 if grip is None else grip.control.mean_force_n,
         times=np.array([time for time, _, _ in tracked]),
         position_error_m=np.array([np.linalg.norm(real[:3, 3] - goal[:3, 3]) for _, real, goal in tracked]),

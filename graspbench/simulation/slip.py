@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.hand import Touch
+from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
 

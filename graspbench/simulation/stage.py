@@ -3,14 +3,17 @@
 from typing import Protocol
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
-from graspbench.simulation.execution import ExecutionParameters, Motion
-from graspbench.simulation.hand import SimulatedHand
-from graspbench.simulation.mount import make_mount
+from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.execution_result import Motion
+from graspbench.simulation.mounts.choice import make_mount
+from graspbench.simulation.phases import PhasePlan, PhasePlanner, palm_task, plan_phases
+from graspbench.simulation.simulated_hand import SimulatedHand
+from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
 _SAMPLE_S = 0.02
@@ -40,15 +43,29 @@ class JointPath(Protocol):
 class Stage:
     """World and hand while a grasp is executed; it steps time and takes samples.
 
+    Args:
+        world: The object at rest on the table.
+        hand: The hand.
+        path: The planned motion up to the grasp.
+        parameters: How to execute.
+        friction: Between fingertips and object.
+        plan: What follows the contact; the mount is placed so that it can do all of it.
+
     Attributes:
         steps: Time steps gone by.
         palm_error_max_m: Largest distance, at any sample, of the palm from where it was wanted.
     """
 
     def __init__(
-        self, world: World, hand: HandModel, path: JointPath, parameters: ExecutionParameters
+        self,
+        world: World,
+        hand: HandModel,
+        path: JointPath,
+        parameters: ExecutionParameters,
+        friction: TipFriction,
+        plan: PhasePlanner = plan_phases,
     ) -> None:
-        self.world, self.model, self.parameters = world, hand, parameters
+        self.world, self.model, self.parameters, self.friction = world, hand, parameters, friction
         self.time_step_s = parameters.time_step_s
         self.steps = 0
         self.palm_error_max_m = 0.0
@@ -57,11 +74,19 @@ class Stage:
         pybullet.setPhysicsEngineParameter(
             contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=world.client
         )
-        palms = path.transform_palm_to_world
-        mount = make_mount(hand, path.times, palms, world.object_pose()[:3, 3], parameters)
+        self._plan = plan
+        task = palm_task(
+            path.times, path.transform_palm_to_world, world.object_pose()[:3, 3], parameters, plan
+        )
+        mount = make_mount(parameters.mount, hand, task)
         self._iterations = max(parameters.solver_iterations, mount.solver_iterations)
         self._set_steps(1, self._iterations)
-        self.hand = SimulatedHand(world, hand, mount, path.joints[0], parameters)
+        self.hand = SimulatedHand(world, hand, mount, path.joints[0], friction)
+
+    def phases(self) -> PhasePlan:
+        """Plan what follows the contact from where palm and object are now."""
+        position = self.world.object_pose()[:3, 3]
+        return self._plan(self.hand.palm_pose(), position, self.parameters, self.hand.mount.tilt_direction)
 
     def step(self, count: int = 1) -> None:
         """Advance the simulation by some time steps at once.

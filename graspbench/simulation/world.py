@@ -7,12 +7,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-import pybullet
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
+from graspbench.quiet import captured_output
+from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.bullet_exchange import pose_of, quaternion_of, write_obj
 from graspbench.simulation.scene import SceneParameters
-from graspbench.simulation.shapes import pose_of, quaternion_of, write_obj
 
 if TYPE_CHECKING:
     from graspbench.geometry.model import ObjectModel
@@ -63,9 +64,10 @@ class World:
             pybullet.setPhysicsEngineParameter(
                 contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=self.client
             )
-            self.table_id = self._add_table()
             self._transform_inertial_to_object, self._moments = _principal_axes(object_model)
-            self.object_id = self._add_object(_start_pose(object_model, scene, seed))
+            with captured_output():
+                self.table_id = self._add_table()
+                self.object_id = self._add_object(_start_pose(object_model, scene, seed))
             self._settle()
             self.transform_object_to_world = self.object_pose()
         except BaseException:

@@ -57,7 +57,13 @@ def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: 
         moved = clock.run(
             "manipulation",
             lambda: manipulate_object(
-                trial.hand, trial.plan.grasp, trial.surfaces[-1], config.motion, config.clik, contact
+                trial.hand,
+                trial.plan.grasp,
+                trial.surfaces[-1],
+                config.motion,
+                config.clik,
+                contact,
+                gravity=config.scene.gravity,
             ),
         )
         reason = shortcoming(moved, trial.hand)
@@ -135,6 +141,7 @@ def _play(
     if trial.scene is None or config.execution.until == "off":
         return None
     from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+    from graspbench.simulation.tip_friction import tip_friction
 
     planner, posture = config.planner, trial.plan.grasp.posture
     assert posture is not None, "a plan made with a checker has a posture"
@@ -142,8 +149,12 @@ def _play(
         paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
         approach = track(paths, trial.hand, posture, planner.paths)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
     with clock.stage("execution"):
-        return play_in_hand(trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution)
+        return play_in_hand(
+            trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
+        )
 
 
 def _typed(figures: dict[str, float | int | bool]) -> dict[str, Any]:
@@ -167,6 +178,9 @@ def _played_result(played: "InHandResult") -> PlayedResult:
     histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
     return PlayedResult(
         success=played.success,
+        friction=played.friction,
+        torsional_friction_m=played.torsional_friction_m,
+        planned_friction=played.planned_friction,
         grip_force_n=played.grip_force_n,
         phases=phase_results(played.phases),
         histories={name: tuple(getattr(played, name).tolist()) for name in histories},

@@ -23,7 +23,7 @@ from graspbench.results.grasp_results import (
 )
 from graspbench.results.physical_results import ExecutedResult, PhaseResult
 from graspbench.results.trial_result import ObjectResult, ReconstructionResult
-from graspbench.simulation.execution import ExecutionResult, PhaseOutcome
+from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 
 if TYPE_CHECKING:
     from graspbench.trial.planned import PlannedTrial

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
@@ -24,8 +25,9 @@ from graspbench.planning import (
 )
 from graspbench.record import TrialLog
 from graspbench.results.trial_result import TrialResult
-from graspbench.simulation.execute import execute
-from graspbench.simulation.execution import ExecutionResult
+from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.grasp_execution import execute_grasp
+from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
 from graspbench.trial.header import started_result
 from graspbench.trial.outcome import (
@@ -58,8 +60,8 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
         with clock.stage("record"):
             _record_plan(log, trial)
         restarted = _restart(config, trial, clock)
-        best = _plan_global(config, trial, restarted, clock)
         refined = _refine(config, trial, restarted, clock)
+        best = _plan_global(config, trial, restarted, refined, clock)
         paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
@@ -93,9 +95,16 @@ def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> Loc
 
 
 def _plan_global(
-    config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None, clock: StageClock
+    config: TrialConfig,
+    trial: PlannedTrial,
+    restarted: LocalPlan | None,
+    refined: Mapping[str, RefinedGrasp],
+    clock: StageClock,
 ) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure, under the same constraints."""
+    """Search the finished surface for the best grasp by each measure, under the same constraints.
+
+    The search begins with all grasps that are known, so none of them is better than its bound.
+    """
     if not config.search.enabled:
         return {}
 
@@ -108,13 +117,17 @@ def _plan_global(
             config.search,
             checker=trial.checker,
             centre_tolerance_m=_centre_tolerance(config, trial, restarted),
-            starts=(trial.plan.grasp,) if restarted is None else (trial.plan.grasp, restarted.grasp),
+            starts=_known(trial.plan, restarted, *refined.values()),
         )
 
     return {
         measure: clock.run(f"global_{measure}", partial(search, measure))
         for measure in config.search.measures
     }
+
+
+def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+    return tuple(each.grasp for each in found if each is not None)
 
 
 def _refine(
@@ -168,7 +181,10 @@ def _execute(
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
-        return execute(trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution)
+        friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        return execute_grasp(
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+        )
 
 
 def _result(

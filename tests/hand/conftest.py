@@ -1,20 +1,16 @@
 from collections.abc import Callable
-from importlib import resources
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
-from pydantic import TypeAdapter
 
-from graspbench.hand import HandModel, HandParameters, load_hand
-
-PARAMETERS = TypeAdapter(HandParameters)
+from graspbench.experiment import load_config
+from graspbench.hand import HandModel, load_hand
 
 
 def read_hand(name: str, **changes: Any) -> HandModel:
-    text = (resources.files("graspbench.conf") / "hand" / f"{name}.yaml").read_text()
-    return load_hand(PARAMETERS.validate_python(yaml.safe_load(text) | changes))
+    return load_hand(replace(load_config([f"hand={name}"]).hand, **changes))
 
 
 @pytest.fixture(scope="session")

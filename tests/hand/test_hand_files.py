@@ -92,7 +92,8 @@ def test_tips_without_a_shape_get_their_sphere(tmp_path):
         ({"urdf": None}, "has no URDF"),
         ({"fingers": 4}, "has 3 fingers, 4 are asked for"),
         ({"palm": PalmDescription(link="hand")}, "no palm link 'hand'"),
-        ({"palm": PalmDescription(link="a_low")}, "is moved by joint 'a1'"),
+        ({"palm": PalmDescription(link="a_low")}, "finger 'a' of hand 'gripper' has 2 joints"),
+        ({"locked_deg": {"a9": 0.0}}, "no joint 'a9' to lock"),
         ({"package_dirs": ("/no/such/folder",)}, "does not exist"),
         ({"subsets": {3: ("a", "b", "z")}}, "lists a, b, z"),
         ({"collision": {"wrist": ()}}, "no link 'wrist'"),
@@ -130,7 +131,11 @@ def test_a_wrong_finger_is_refused(tmp_path, finger, said):
     [
         ({"type": "prismatic"}, "not a revolute joint"),
         ({"type": "continuous"}, "plain joint with limits"),
-        ({"mimic": '<mimic joint="a2"/>'}, "mimic"),
+        (
+            {"mimic": '<mimic joint="a2"/>'},
+            "follows joint 'a2' .mimic., which is not supported: lock it with",
+        ),
+        ({"mimic": '<mimic joint="nowhere"/>'}, "follows joint 'nowhere'"),
     ],
 )
 def test_joints_that_are_not_plain_are_refused(tmp_path, changes, said):

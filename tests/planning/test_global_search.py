@@ -9,6 +9,7 @@ import pytest
 from graspbench.errors import ConfigurationError
 from graspbench.grasp import Grasp, QualityParameters, grasp_quality
 from graspbench.grasp.wrench import wrench_maps
+from graspbench.hand.posture import HandPosture
 from graspbench.planning import SearchParameters, plan_global
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.merit import best_first, merit_of, quality_of, support_bounds
@@ -41,6 +42,10 @@ def _best_by_enumeration(surface, measure, n_f, allowed=lambda nodes: True, qual
     return float(values[np.asarray(found.q3) > 1e-9].max())
 
 
+def _posture(n_f):
+    return HandPosture(np.eye(4), np.zeros(4 * n_f), tuple(range(n_f)), 0.0, 0.1, 0.01, 0.01)
+
+
 class _Picky:
     """A hand that reaches only the upper half, and only pairs that are not too far apart."""
 
@@ -52,7 +57,13 @@ class _Picky:
         return points[:, 2] >= self._surface.centroid[2] - 0.022
 
     def place(self, points, normals, *, start=None):
-        return object() if abs(points[:, 0].sum()) < 0.05 else None
+        return None if self.excludes(points, normals) else _posture(len(points))
+
+    def place_patiently(self, points, normals, near, *, anywhere=True):
+        return self.place(points, normals)
+
+    def excludes(self, points, normals):
+        return abs(points[:, 0].sum()) >= 0.05
 
 
 @pytest.mark.parametrize("measure", ["q1", "q2", "q3"])

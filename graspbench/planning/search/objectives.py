@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples, support_bounds
+from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples, largest_balls
 from graspbench.planning.search.covering import standing_grasps
 from graspbench.planning.search.layout import Layout, single_grasps
 
@@ -94,7 +94,7 @@ class WrenchObjective:
         layout = self._layout
         if self._measure != "q3":
             return layout.singular(tuples, self._measure)
-        return support_bounds(layout.tree.leaves[tuples], layout.table, self._minkowski, lower)
+        return largest_balls(layout.tree.leaves[tuples], layout.table, self._minkowski, lower)
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""

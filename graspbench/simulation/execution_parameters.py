@@ -1,0 +1,88 @@
+"""How a planned grasp is executed."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+
+@dataclass(frozen=True)
+class ExecutionParameters:
+    """Execution of the planned grasp in the physics simulation."""
+
+    until: Annotated[
+        Literal["off", "contact", "hold", "pushes", "shakes"],
+        Field(
+            description="Last phase: off; contact; hold (squeeze, lift, hold, wrist rotation); pushes; shakes"
+        ),
+    ] = "hold"
+    mount: Annotated[
+        Literal["floating", "kuka"],
+        Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
+    ] = "floating"
+    time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
+    solver_iterations: Annotated[int, Field(ge=10, description="Constraint solver iterations a step")] = 60
+    friction: Annotated[
+        float | None,
+        Field(gt=0, description="Coulomb friction between fingertips and object; null: quality.friction"),
+    ] = None
+    torsional_friction_m: Annotated[
+        float | None,
+        Field(
+            ge=0,
+            description="Torque about the contact normal per normal force, m; null: as soft fingers were "
+            "planned with, 2 mm where others were planned",
+        ),
+    ] = None
+    contact_force_n: Annotated[
+        float, Field(gt=0, description="Least normal force that counts as touch, N")
+    ] = 0.05
+    closing_speed_m_s: Annotated[
+        float, Field(gt=0, description="Fingertip speed while closing beyond the planned contacts, m/s")
+    ] = 0.03
+    closing_distance_m: Annotated[
+        float, Field(ge=0, description="Farthest way beyond the planned contacts before giving up, m")
+    ] = 0.015
+    grip_force_n: Annotated[
+        float, Field(gt=0, description="Least mean normal force a finger squeezes with, N")
+    ] = 5.0
+    grip_safety: Annotated[
+        float,
+        Field(
+            gt=0, description="Normal forces add up to this many times what carries the weight by friction"
+        ),
+    ] = 4.0
+    squeeze_time_s: Annotated[float, Field(gt=0, description="Time in which the grip force builds up, s")] = (
+        0.4
+    )
+    stiffness_nm_rad: Annotated[float, Field(ge=0, description="Joint stiffness while gripping, N m/rad")] = (
+        10.0
+    )
+    damping_nms_rad: Annotated[float, Field(ge=0, description="Joint damping while gripping, N m s/rad")] = (
+        0.2
+    )
+    lift_height_m: Annotated[float, Field(gt=0, description="Height of the lift, m")] = 0.20
+    lift_time_s: Annotated[float, Field(gt=0, description="Duration of the lift, s")] = 1.0
+    hold_time_s: Annotated[float, Field(gt=0, description="Duration of each hold, s")] = 0.5
+    rotation_deg: Annotated[
+        float, Field(ge=0, le=180, description="Tilt of the wrist after the hold, deg")
+    ] = 90.0
+    rotation_time_s: Annotated[float, Field(gt=0, description="Duration of the tilt, s")] = 1.5
+    slip_limit_m: Annotated[
+        float,
+        Field(gt=0, description="Drift of the object in the hand after the squeeze that counts as lost, m"),
+    ] = 0.02
+    push_limit: Annotated[float, Field(gt=0, description="Strongest push tried, multiples of the weight")] = (
+        10.0
+    )
+    push_time_s: Annotated[float, Field(gt=0, description="Time in which a push grows to its limit, s")] = 1.0
+    push_slip_m: Annotated[float, Field(gt=0, description="Net sliding at a contact that ends a push, m")] = (
+        0.002
+    )
+    shake_amplitude_m: Annotated[
+        float, Field(gt=0, description="Amplitude of the wrist's shakes along x, y and z, m")
+    ] = 0.02
+    shake_frequency_hz: Annotated[
+        float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
+    ] = 4.0
+    shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0

@@ -1,0 +1,99 @@
+"""What came of a planned grasp in physics."""
+
+from dataclasses import dataclass
+
+from graspbench.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Samples of what happened, for the record.
+
+    Attributes:
+        times_s: Times since the start, shape (t,).
+        joints: Joint positions, shape (t, n_q).
+        transform_palm_to_world: Poses of the palm, shape (t, 4, 4).
+        transform_object_to_world: Poses of the object, shape (t, 4, 4).
+    """
+
+    times_s: FloatArray
+    joints: FloatArray
+    transform_palm_to_world: FloatArray
+    transform_object_to_world: FloatArray
+
+
+@dataclass(frozen=True)
+class PhaseOutcome:
+    """How one phase ended.
+
+    Attributes:
+        name: squeeze, lift, hold, rotate, hold_rotated, shake_x, shake_y or shake_z.
+        contacts: Number of fingers in touch at its end.
+        contacts_lost: Most fingers out of touch at any time in it.
+        slip_m: Net sliding, since the end of the squeeze, at the contact that slid farthest.
+        drift_m: Drift of the object's centre in the palm frame since then.
+        turn_deg: Rotation of the object in the palm frame since then.
+        load_weight: Largest force that the motion asked for at the object's centre, multiples of its weight.
+        held: Whether the object was still in the hand.
+    """
+
+    name: str
+    contacts: int
+    contacts_lost: int
+    slip_m: float
+    drift_m: float
+    turn_deg: float
+    load_weight: float
+    held: bool
+
+
+@dataclass(frozen=True)
+class ExecutionResult:
+    """What came of a planned grasp.
+
+    Attributes:
+        success: Whether every phase asked for ended well: contact by all fingers, and, beyond that, the
+            object held to the end with a drift below ``slip_limit_m``.
+        reason: Why not, one clause; None on success.
+        fingers: Number of fingers that should touch.
+        contacts_made: Number of fingers that touched by the end of the closing.
+        contact_time_s: When each finger touched, nan if it did not.
+        contact_error_m: Distance of each real contact from the planned one, nan if there is none.
+        tip_error_max_m: Largest distance of a fingertip from its planned path before it touched.
+        palm_error_max_m: Largest distance of the palm from where it was wanted, at any sample.
+        object_displacement_m: How far the object's centre was moved until the end of the closing.
+        object_turn_deg: How far it was turned until then.
+        friction: Coulomb coefficient between fingertips and object.
+        torsional_friction_m: Torque about the contact normal per normal force, m.
+        planned_friction: Coulomb coefficient that the grasp was planned with.
+        grip_force_n: Mean normal force asked of a finger, 0 if it came to no squeeze.
+        phases: Outcomes of the phases after the contact.
+        pushes_weight: Largest push resisted along +x, -x, +y, -y, +z, -z of the world, multiples of the
+            weight; None if not asked for.
+        time_s: Simulated time.
+        motion: Samples for the record.
+    """
+
+    success: bool
+    reason: str | None
+    fingers: int
+    contacts_made: int
+    contact_time_s: tuple[float, ...]
+    contact_error_m: tuple[float, ...]
+    tip_error_max_m: float
+    palm_error_max_m: float
+    object_displacement_m: float
+    object_turn_deg: float
+    friction: float
+    torsional_friction_m: float
+    planned_friction: float
+    grip_force_n: float
+    phases: tuple[PhaseOutcome, ...]
+    pushes_weight: tuple[float, ...] | None
+    time_s: float
+    motion: Motion
+
+    @property
+    def largest_push_weight(self) -> float | None:
+        """Push resisted in the weakest of the six directions, multiples of the weight."""
+        return None if self.pushes_weight is None else min(self.pushes_weight)

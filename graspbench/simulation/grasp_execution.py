@@ -1,0 +1,122 @@
+"""A planned grasp executed in the physics simulation: approach, squeeze, lift, tilt, pushes and shakes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.grasp.configuration import Grasp
+from graspbench.hand.model import HandModel
+from graspbench.simulation.approach import Approach
+from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
+from graspbench.simulation.grip import Grip
+from graspbench.simulation.simulated_hand import Touch
+from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.tip_friction import TipFriction
+from graspbench.simulation.world import World
+
+_PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]
+
+
+def execute_grasp(
+    world: World,
+    hand: HandModel,
+    grasp: Grasp,
+    path: JointPath,
+    parameters: ExecutionParameters,
+    friction: TipFriction,
+) -> ExecutionResult:
+    """Execute a planned grasp on the object in the world.
+
+    The hand follows the path by position control. A finger that touches stops; after the path's end
+    the others go on along the contact's normal. With ``until`` beyond "contact" the fingers then squeeze,
+    lift and so on (`graspbench.simulation.grip`).
+
+    Args:
+        world: The object at rest on the table; it is changed by the execution.
+        hand: The hand.
+        grasp: The planned grasp; its posture tells which finger goes to which contact.
+        path: The planned motion.
+        parameters: How to execute.
+        friction: Between fingertips and object.
+
+    Raises:
+        SimulationError: The simulation diverged.
+        HandError: PyBullet cannot load the hand.
+    """
+    stage = Stage(world, hand, path, parameters, friction)
+    start = world.object_pose()
+    fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
+    approach = Approach(stage, grasp, fingers)
+    tip_error = approach.follow(path)
+    approach.close()
+    reached = world.object_pose()
+    displacement = float(np.linalg.norm(reached[:3, 3] - start[:3, 3]))
+    made = sum(np.isfinite(approach.contact_time_s[f]) for f in fingers)
+    reason = None if made == len(fingers) else f"only {made} of {len(fingers)} fingers touched the object"
+    outcome = None
+    if reason is None and stage.phases().carrying:
+        outcome = _hold_and_disturb(stage, fingers, [approach.touch[f] for f in fingers])
+        reason = outcome.reason
+    stage.sample()
+    return ExecutionResult(
+        success=reason is None,
+        reason=reason,
+        fingers=len(fingers),
+        contacts_made=int(made),
+        contact_time_s=tuple(float(approach.contact_time_s[f]) for f in fingers),
+        contact_error_m=tuple(
+            float(np.linalg.norm(approach.touch[f].point - point)) if f in approach.touch else np.nan
+            for f, point in zip(fingers, grasp.points, strict=True)
+        ),
+        tip_error_max_m=tip_error,
+        palm_error_max_m=stage.palm_error_max_m,
+        object_displacement_m=displacement,
+        object_turn_deg=turn_deg(start, reached),
+        friction=friction.coulomb,
+        torsional_friction_m=friction.torsional_m,
+        planned_friction=friction.planned,
+        grip_force_n=0.0 if outcome is None else outcome.grip_force_n,
+        phases=() if outcome is None else outcome.phases,
+        pushes_weight=None if outcome is None else outcome.pushes_weight,
+        time_s=stage.time_s,
+        motion=stage.motion(),
+    )
+
+
+@dataclass(frozen=True)
+class _HoldOutcome:
+    """What came of the phases after the contact.
+
+    Attributes:
+        grip_force_n: Mean normal force of a finger.
+        phases: Their outcomes, up to the first that lost the object.
+        pushes_weight: Largest push resisted along +-x, +-y, +-z, multiples of the weight; None if not tried.
+        reason: Why the object was lost; None if it was not.
+    """
+
+    grip_force_n: float
+    phases: tuple[PhaseOutcome, ...]
+    pushes_weight: tuple[float, ...] | None
+    reason: str | None
+
+
+def _hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> _HoldOutcome:
+    """Squeeze, lift, hold, tilt and hold again; then push and shake, as far as it is asked for.
+
+    Args:
+        stage: Hand and object, all fingers in touch.
+        fingers: The fingers that touch.
+        touches: How each of them touched first.
+    """
+    grip = Grip(stage, fingers, touches)
+    pushes = None
+    if grip.squeeze():
+        plan = stage.phases()
+        held = all(grip.move(phase) for phase in plan.carrying)
+        if held and plan.pushes:
+            pushes = tuple(grip.push(direction) for direction in _PUSHES)
+        if held:
+            all(grip.move(phase) for phase in plan.shakes)
+    return _HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, grip.reason)

@@ -1,0 +1,1 @@
+"""What can carry a hand: one module a mount, chosen by name in `choice`."""

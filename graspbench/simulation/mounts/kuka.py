@@ -1,0 +1,139 @@
+"""The hand on the flange of a KUKA LBR iiwa that stands beside the object."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from typing import Self
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import SimulationError
+from graspbench.hand.model import HandModel
+from graspbench.simulation.mounts.kuka_arm import ARM_JOINTS, WRIST_LINK, ArmModel, arm_urdf, brackets
+from graspbench.simulation.mounts.kuka_placement import Placement, place_arm
+from graspbench.simulation.mounts.motors import MountMotors
+from graspbench.simulation.mounts.mount import PalmTask
+from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link, roll_pitch_yaw
+
+_MAX_TORQUE_NM = 300.0
+_LOST_M = 0.002
+
+
+class KukaMount:
+    """An arm of seven joints under position control; the palm's goals become joints by inverse kinematics.
+
+    The arm and the hand are one body of PyBullet. The motors are constraints of the solver within the torque
+    limits of the arm's description: they carry the weight without a lag.
+
+    Args:
+        hand: The hand.
+        placement: Where the arm stands, with which bracket, and its first joints.
+    """
+
+    def __init__(self, hand: HandModel, placement: Placement) -> None:
+        self._hand, self._arm, self.placement = hand, placement.arm, placement
+        self._world_to_base = np.linalg.inv(placement.transform_base_to_world)
+        self._motors = MountMotors(ARM_JOINTS, _MAX_TORQUE_NM, placement.joints)
+        self._wanted = np.full((4, 4), np.nan)
+        self._still = False
+
+    @classmethod
+    def for_task(cls, hand: HandModel, task: PalmTask) -> Self:
+        """Return an arm that stands where it can do a task, at its start.
+
+        Raises:
+            SimulationError: It can do the task from no place beside the object.
+        """
+        arms = [ArmModel(hand, bracket) for bracket in brackets(task.grasping)]
+        return cls(hand, place_arm(arms, task))
+
+    @property
+    def base_to_world(self) -> FloatArray:
+        """Pose of the arm's fixed base, shape (4, 4)."""
+        return self.placement.transform_base_to_world
+
+    @property
+    def solver_iterations(self) -> int:
+        """With fewer, contacts creep: a cylinder slides 1.0 mm instead of 0.55 mm while it is tilted."""
+        return 150
+
+    @property
+    def tilt_direction(self) -> float:
+        """Which way the wrist tilts after the lift: the way in which the arm's wrist stays off the table."""
+        return self.placement.tilt_direction
+
+    def urdf(self) -> str:
+        """Return the URDF of arm and hand in one."""
+        return arm_with_hand(self._hand, self._arm.transform_root_to_wrist)
+
+    def attach(self, client: int, body: int, joint_ids: Mapping[str, int]) -> None:
+        """Take over the arm's joints of a loaded body, and put them at the start."""
+        self._motors.attach(client, body, joint_ids)
+
+    def drive(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
+        """Set the palm's goal for the end of the next step.
+
+        Raises:
+            SimulationError: A joint would leave its range or move too fast, or the goal is out of reach.
+        """
+        goal = self._motors.goal
+        if np.array_equal(transform_palm_to_world, self._wanted):
+            if self._still:
+                return  # its motors hold the goal they have
+            self._still = True
+        else:
+            wanted, before = self._world_to_base @ transform_palm_to_world, goal
+            goal, self._still = self._arm.follow(before, wanted, time_step_s), False
+            self._check(goal, (goal - before) / time_step_s, wanted)
+        self._wanted = transform_palm_to_world.copy()
+        self._motors.drive(goal, time_step_s)
+
+    def palm_pose(self) -> FloatArray:
+        """Return transform_palm_to_world, shape (4, 4), from the arm's real joints."""
+        pose: FloatArray = self.base_to_world @ self._arm.palm_pose(self._motors.positions())
+        return pose
+
+    def _check(self, goal: FloatArray, speed: FloatArray, wanted: FloatArray) -> None:
+        arm = self._arm
+        if (out := np.flatnonzero((goal < arm.lower) | (goal > arm.upper))).size:
+            what = f"joint {out[0] + 1} of the arm would leave its range"
+        elif (fast := np.flatnonzero(np.abs(speed) > arm.speed_limits)).size:
+            k = fast[0]
+            what = f"joint {k + 1} of the arm would have to move at {np.degrees(abs(speed[k])):.0f} deg/s"
+        elif np.linalg.norm(arm.palm_pose(goal)[:3, 3] - wanted[:3, 3]) > _LOST_M:
+            what = "the palm's goal is out of the arm's reach"
+        else:
+            return
+        raise SimulationError(what, remedy="move slower or less far, or choose execution.mount=floating")
+
+
+def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
+    """Return one URDF of the arm with the hand's root link fixed to its last link.
+
+    Mesh files become absolute paths, so the text may be stored anywhere; what is only seen is left out.
+
+    Args:
+        hand: The hand.
+        transform_root_to_wrist: Pose of the hand's root link in the last link of the arm, shape (4, 4).
+    """
+    path = arm_urdf()
+    robot = ElementTree.parse(path).getroot()
+    for link in robot.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+    for mesh in robot.iter("mesh"):
+        mesh.set("filename", str(path.parent / mesh.get("filename", "")))
+    whole = ElementTree.Element("robot", name="arm_with_hand")
+    # PyBullet places a body by its base link's centre of mass: let that be where the link is.
+    whole.append(light_link("arm_base"))
+    whole.append(
+        fixed_joint("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), (0, 0, 0), (0, 0, 0))
+    )
+    whole.extend(part for part in robot if part.tag in ("link", "joint"))
+    hand_tree, root = hand_robot(hand)
+    pose = transform_root_to_wrist
+    whole.append(fixed_joint("hand_on_arm", WRIST_LINK, root, pose[:3, 3], roll_pitch_yaw(pose[:3, :3])))
+    whole.extend(hand_tree)
+    return ElementTree.tostring(whole, encoding="unicode")

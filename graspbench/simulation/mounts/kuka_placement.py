@@ -1,0 +1,149 @@
+"""Where the arm's base stands: beside the object, so that the whole task is within reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import SimulationError
+from graspbench.simulation.mounts.kuka_arm import ArmModel
+from graspbench.simulation.mounts.mount import PalmTask
+
+_DISTANCES_M = (0.6, 0.5, 0.7)
+_HEIGHTS_M = (0.0, 0.3)
+_AZIMUTHS = 12
+_ELBOW = np.array([0.0, 0.5, 0.0, -1.4, 0.0, 1.0, 0.0])
+
+_SHOULDER = np.array([0.0, 0.0, 0.36])
+_REACH_M = 0.42 + 0.4 + 0.126 + 0.08
+"""Upper arm, forearm, wrist and bracket in line."""
+
+_REACHED_M = 1e-4
+_MIN_MARGIN = 0.02
+_MIN_DEXTERITY = 0.02
+_GOOD_DEXTERITY = 0.15
+_ENOUGH = 0.2
+_SPEED_SHARE = 0.9
+"""Of the joints' greatest speeds, between poses: they may be exceeded in between."""
+
+_CLEARANCE_M = 0.005
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A place of the arm's base, and how the task is done from there.
+
+    Attributes:
+        arm: The arm with the bracket that the hand is bolted on with.
+        transform_base_to_world: Shape (4, 4).
+        joints: Joint positions at the first pose of the palm, shape (7,), rad.
+        tilt_direction: Which way the wrist tilts after the lift, 1 or -1.
+        score: Least share, over the task, of a comfortable distance from joint limits and singularities.
+    """
+
+    arm: ArmModel
+    transform_base_to_world: FloatArray
+    joints: FloatArray
+    tilt_direction: float
+    score: float
+
+
+def place_arm(arms: Sequence[ArmModel], task: PalmTask) -> Placement:
+    """Return the place around the object from which the arm does its task best.
+
+    Twelve directions, three distances and two heights (a pedestal) are tried in a fixed order, until one
+    will do well.
+
+    Args:
+        arms: The arm with different brackets.
+        task: What the palm has to do.
+
+    Raises:
+        SimulationError: From none of the places the task can be done.
+    """
+    best: Placement | None = None
+    for height, distance in product(_HEIGHTS_M, _DISTANCES_M):
+        for k, arm in product(range(_AZIMUTHS), arms):
+            base = _base_pose(task.object_position, distance, height, 2.0 * np.pi * k / _AZIMUTHS)
+            to_base = np.linalg.inv(base)
+            if any(_is_too_far(to_base @ palms) for palms, _ in task.poses.values()):
+                continue
+            for joints, (direction, (palms, times_s)) in product(
+                _first_joints(arm, to_base @ task.start, height), task.poses.items()
+            ):
+                least = 0.0 if best is None else best.score
+                score = _score(arm, joints, to_base @ palms, times_s, height, least)
+                if score > least:
+                    best = Placement(arm, base, joints, direction, score)
+        if best is not None and best.score > _ENOUGH:
+            break
+    if best is None:
+        raise SimulationError(
+            "the arm can follow the hand's motion from no place beside the object",
+            remedy="choose execution.mount=floating, or less lift, rotation or shaking, or more time",
+        )
+    return best
+
+
+def _base_pose(object_position: FloatArray, distance_m: float, height_m: float, azimuth: float) -> FloatArray:
+    """Return the pose of a base that faces the object with its x axis, shape (4, 4)."""
+    direction = np.array([np.cos(azimuth), np.sin(azimuth)])
+    base = np.eye(4)
+    base[:2, 0], base[:2, 1] = -direction, [direction[1], -direction[0]]
+    base[:2, 3] = object_position[:2] + distance_m * direction
+    base[2, 3] = height_m
+    return base
+
+
+def _is_too_far(palms: FloatArray) -> bool:
+    """Whether a pose in the base frame is beyond the stretched arm."""
+    return bool(np.linalg.norm(palms[:, :3, 3] - _SHOULDER, axis=1).max() > _REACH_M)
+
+
+def _first_joints(arm: ArmModel, first: FloatArray, height_m: float) -> list[FloatArray]:
+    """Return the different ways in which the arm reaches the first pose, the most comfortable first."""
+    found: list[tuple[float, FloatArray]] = []
+    for seed in (_ELBOW, -_ELBOW):
+        joints = arm.reach(seed, first)
+        state = arm.assess(joints, first)
+        comfort = _comfort(state.margin, state.dexterity)
+        fits = comfort > 0.0 and state.error_m < _REACHED_M and state.lowest_m + height_m > _CLEARANCE_M
+        if fits and not any(np.abs(other - joints).max() < 0.1 for _, other in found):
+            found.append((comfort, joints))
+    return [joints for _, joints in sorted(found, key=lambda item: -item[0])]
+
+
+def _score(
+    arm: ArmModel,
+    joints: FloatArray,
+    palms: FloatArray,
+    times_s: FloatArray,
+    height_m: float,
+    least: float,
+) -> float:
+    """Return the comfort of the task's least comfortable pose; 0 when it cannot be done, or not so fast."""
+    comfort = np.inf
+    spans = [0.0, *(b - a for a, b in pairwise(times_s.tolist()))]
+    for palm, span in zip(palms, spans, strict=True):
+        steps = 2 if span > 0.0 else 1
+        now = joints
+        for _ in range(steps):
+            now = arm.follow(now, palm, span / steps)
+        state = arm.assess(now, palm)
+        comfort = min(comfort, _comfort(state.margin, state.dexterity))
+        too_fast = span > 0.0 and np.any(np.abs(now - joints) > _SPEED_SHARE * arm.speed_limits * span)
+        low = state.lowest_m + height_m < _CLEARANCE_M
+        if comfort <= least or too_fast or low or state.error_m > _REACHED_M:
+            return 0.0
+        joints = now
+    return comfort
+
+
+def _comfort(margin: float, dexterity: float) -> float:
+    if margin < _MIN_MARGIN or dexterity < _MIN_DEXTERITY:
+        return 0.0
+    return min(margin, dexterity / _GOOD_DEXTERITY)

@@ -1,0 +1,255 @@
+"""The hand in the physics simulation: driven by positions, then by torques; felt by its contacts."""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.errors import HandError
+from graspbench.hand.model import HandModel
+from graspbench.quiet import captured_output
+from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
+from graspbench.simulation.mounts.motors import POSITION_GAIN
+from graspbench.simulation.mounts.mount import Mount
+from graspbench.simulation.tip_friction import TipFriction
+from graspbench.simulation.world import World
+
+
+@dataclass(frozen=True)
+class Touch:
+    """One finger's contact with the object.
+
+    Attributes:
+        force_n: Sum of the normal forces.
+        point: Their centre of pressure in the world, shape (3,).
+        normal: Mean direction of the normals, pointing INTO the object, shape (3,).
+        by_tip: Whether the fingertip itself touches, not only a link behind it.
+    """
+
+    force_n: float
+    point: FloatArray
+    normal: FloatArray
+    by_tip: bool
+
+
+class SimulatedHand:
+    """A hand on its mount in a world.
+
+    Args:
+        world: The world, with the object at rest.
+        hand: The hand model.
+        mount: What carries the hand; it is where the hand appears first.
+        joints: The fingers' first joint positions, shape (n_q,).
+        friction: Between fingertips and object.
+
+    Attributes:
+        palm_goal: Where the palm was last wanted, transform_palm_to_world, shape (4, 4).
+
+    Raises:
+        HandError: PyBullet cannot load the hand, or lacks one of its joints.
+    """
+
+    def __init__(
+        self, world: World, hand: HandModel, mount: Mount, joints: FloatArray, friction: TipFriction
+    ) -> None:
+        self.world = world
+        self.hand = hand
+        self.mount = mount
+        self._client = world.client
+        self.body = self._load()
+        ids, links = self._names()
+        self._joint_ids = self._find(hand.joint_names, ids)
+        self._tip_ids = [links[name] for name in hand.tip_links]
+        self._finger_of_link = self._assign_links(links, ids)
+        self._set_friction(friction)
+        mount.attach(self._client, self.body, ids)
+        for i, value in zip(self._joint_ids, joints, strict=True):
+            pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        self.palm_goal = mount.palm_pose()
+        self.drive_joints(joints, np.zeros(len(joints)))
+
+    def drive_wrist(self, transform_palm_to_world: FloatArray, time_step_s: float) -> None:
+        """Set the palm's goal for the end of the next step, shape (4, 4)."""
+        self.palm_goal = transform_palm_to_world
+        self.mount.drive(transform_palm_to_world, time_step_s)
+
+    def palm_pose(self) -> FloatArray:
+        """Return the palm's real transform_palm_to_world, shape (4, 4)."""
+        return self.mount.palm_pose()
+
+    def drive_joints(self, positions: FloatArray, velocities: FloatArray) -> None:
+        """Drive the fingers to positions, shape (n_q,), within their torque limits."""
+        n = len(self._joint_ids)
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.POSITION_CONTROL,
+            targetPositions=positions.tolist(),
+            targetVelocities=velocities.tolist(),
+            forces=self.hand.effort_limits.tolist(),
+            positionGains=[POSITION_GAIN] * n,
+            velocityGains=[1.0] * n,
+            physicsClientId=self._client,
+        )
+
+    def drive_compliantly(
+        self, torques: FloatArray, springs: FloatArray, velocities: FloatArray, joints: IntArray
+    ) -> None:
+        """Apply torques, and springs and dampers that no time step makes unstable, for the next step.
+
+        Joints that are not named stay with the motors that held them: a light finger that touches nothing
+        is not stable under torques alone.
+
+        The springs are servos for the velocity at which spring and damper balance, limited to the torque of
+        both. They give exactly this torque to a joint that is held, and cannot overshoot in a joint that is
+        free, however light its link is.
+
+        Args:
+            torques: Applied in any case, shape (n_q,), N m.
+            springs: Torques of springs and dampers in the present state, shape (n_q,), N m.
+            velocities: At which they would vanish, shape (n_q,), rad/s.
+            joints: The joints to drive, shape (k,).
+        """
+        limits = self.hand.effort_limits[joints]
+        applied = np.minimum(np.maximum(torques[joints], -limits), limits)
+        left = np.minimum(np.abs(springs[joints]), limits - np.abs(applied))
+        ids = [self._joint_ids[i] for i in joints]
+        pybullet.setJointMotorControlArray(
+            self.body,
+            ids,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=velocities[joints].tolist(),
+            forces=left.tolist(),
+            physicsClientId=self._client,
+        )
+        pybullet.setJointMotorControlArray(
+            self.body,
+            ids,
+            pybullet.TORQUE_CONTROL,
+            forces=applied.tolist(),
+            physicsClientId=self._client,
+        )
+
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Return joint positions and velocities, each shape (n_q,)."""
+        states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)
+        return np.array([s[0] for s in states]), np.array([s[1] for s in states])
+
+    def is_near_object(self, distance_m: float) -> bool:
+        """Return whether any link is closer to the object than a distance."""
+        near = pybullet.getClosestPoints(
+            self.body, self.world.object_id, distance_m, physicsClientId=self._client
+        )
+        return bool(near)
+
+    def tip_poses(self, fingers: Sequence[int]) -> FloatArray:
+        """Return the poses of fingers' tip links in the world, shape (n, 4, 4)."""
+        states = pybullet.getLinkStates(
+            self.body,
+            [self._tip_ids[f] for f in fingers],
+            computeForwardKinematics=True,
+            physicsClientId=self._client,
+        )
+        return np.stack([pose_of(state[4], state[5]) for state in states])
+
+    def touches(self, least_force_n: float) -> tuple[Touch | None, ...]:
+        """Return every finger's contact with the object, None where the force is too small."""
+        found = pybullet.getContactPoints(self.world.object_id, self.body, physicsClientId=self._client)
+        sums: list[list[tuple[float, tuple[float, ...], tuple[float, ...], bool]]] = [
+            [] for _ in self.hand.finger_names
+        ]
+        for contact in found:
+            owner = self._finger_of_link.get(contact[4])
+            if owner is not None and contact[9] > 0.0:
+                sums[owner[0]].append((contact[9], contact[6], contact[7], owner[1]))
+        return tuple(_touch(parts, least_force_n) for parts in sums)
+
+    def _load(self) -> int:
+        base = self.mount.base_to_world
+        with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
+            path = Path(folder) / "hand.urdf"
+            path.write_text(self.mount.urdf(), encoding="utf-8")
+            try:
+                with captured_output():
+                    body: int = pybullet.loadURDF(
+                        str(path),
+                        basePosition=base[:3, 3].tolist(),
+                        baseOrientation=quaternion_of(base),
+                        useFixedBase=True,
+                        flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                        physicsClientId=self._client,
+                    )
+            except pybullet.error as error:
+                raise HandError(
+                    f"PyBullet cannot load the hand '{self.hand.name}' from '{self.hand.urdf_path}'",
+                    remedy="save its collision meshes as STL, OBJ or DAE, and check its tree of links",
+                ) from error
+        return body
+
+    def _names(self) -> tuple[dict[str, int], dict[str, int]]:
+        joints, links = {}, {}
+        for i in range(pybullet.getNumJoints(self.body, physicsClientId=self._client)):
+            info = pybullet.getJointInfo(self.body, i, physicsClientId=self._client)
+            joints[info[1].decode()] = i
+            links[info[12].decode()] = i
+        return joints, links
+
+    def _find(self, names: tuple[str, ...], ids: dict[str, int]) -> list[int]:
+        missing = [name for name in names if name not in ids]
+        if missing:
+            raise HandError(f"PyBullet's hand '{self.hand.name}' has no joint '{missing[0]}'")
+        return [ids[name] for name in names]
+
+    def _assign_links(self, links: dict[str, int], ids: dict[str, int]) -> dict[int, tuple[int, bool]]:
+        """Map every link of a used finger to the finger, and whether it is its tip."""
+        parent = {
+            i: pybullet.getJointInfo(self.body, i, physicsClientId=self._client)[16] for i in ids.values()
+        }
+        owners: dict[int, tuple[int, bool]] = {}
+        for f, tip_link in enumerate(self.hand.tip_links):
+            moved = {self._joint_ids[j] for j in self.hand.finger_joints(f)}
+            link = links[tip_link]
+            shaped = bool(pybullet.getCollisionShapeData(self.body, link, physicsClientId=self._client))
+            owners[link] = (f, True)
+            while link not in moved:
+                link = parent[link]
+                owners[link] = (f, not shaped)  # a bare frame's body is the one that it is fixed to
+            while link in moved or parent[link] in moved:
+                owners.setdefault(link, (f, False))
+                link = parent[link]
+        return owners
+
+    def _set_friction(self, friction: TipFriction) -> None:
+        # Bullet multiplies the two bodies' coefficients.
+        lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
+        for link in self._finger_of_link:
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                lateralFriction=lateral,
+                spinningFriction=friction.torsional_m,
+                rollingFriction=0.0,
+                restitution=0.0,
+                jointDamping=0.0,
+                physicsClientId=self._client,
+            )
+
+
+def _touch(
+    parts: list[tuple[float, tuple[float, ...], tuple[float, ...], bool]], least_force_n: float
+) -> Touch | None:
+    if not parts:
+        return None
+    tips = [part for part in parts if part[3]]
+    use = tips or parts
+    forces = np.array([part[0] for part in use])
+    total = float(forces.sum())
+    if total < least_force_n:
+        return None
+    normal = forces @ np.array([part[2] for part in use])
+    normal /= max(float(np.linalg.norm(normal)), 1e-12)
+    return Touch(total, forces @ np.array([part[1] for part in use]) / total, normal, bool(tips))

@@ -1,0 +1,40 @@
+"""Physical constants that planning and execution share, through the real command line."""
+
+import pytest
+
+# Few small pictures and a coarse surface: what is asked here does not depend on them.
+CHEAP = (
+    "object=cylinder", "search.enabled=false", "record=off", "execution=contact", "camera.width=160",
+    "camera.height=120", "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def executed(cli, tmp_path_factory):
+    def run(*overrides):
+        finished = cli("run", *CHEAP, *overrides, "-o", tmp_path_factory.mktemp("results"), "--json")
+        assert finished.code == 0, finished.stderr
+        return finished.document["execution"]
+
+    return run
+
+
+def test_a_grasp_is_executed_at_the_friction_it_was_planned_with(executed):
+    found = executed("quality.friction=0.4")
+    assert found["friction"] == found["planned_friction"] == 0.4
+
+
+def test_friction_can_be_set_apart_and_both_are_in_the_result(executed):
+    found = executed("quality.friction=0.6", "execution.friction=0.8")
+    assert (found["friction"], found["planned_friction"]) == (0.8, 0.6)
+
+
+def test_a_soft_finger_turns_as_it_was_planned_to(executed):
+    hard = executed()
+    soft = executed("quality.contact=soft_finger", "quality.torsional_friction=0.02")
+    softer = executed("quality.contact=soft_finger", "quality.torsional_friction=0.04")
+    own = executed("quality.contact=soft_finger", "execution.torsional_friction_m=0.001")
+    assert hard["torsional_friction_m"] == 0.002
+    assert soft["torsional_friction_m"] == pytest.approx(0.5 * softer["torsional_friction_m"], rel=0.02)
+    assert 0.0005 < soft["torsional_friction_m"] < 0.002  # torque lengths of this can are 5 to 10 cm
+    assert own["torsional_friction_m"] == 0.001

@@ -1,0 +1,63 @@
+"""Grip forces: balanced, in the cones, as deep as can be."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from graspbench.simulation.internal_forces import internal_forces
+
+
+def on_circle(angles, radius=0.03):
+    directions = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(len(angles))))
+    return radius * directions, -directions
+
+
+def test_opposite_contacts_need_no_friction():
+    points, normals = on_circle(np.array([0.0, np.pi]))
+    forces, share = internal_forces(points, normals, 0.5, 4.0)
+    np.testing.assert_allclose(forces, 4.0 * normals, atol=0.05)
+    assert share < 0.05
+
+
+def test_three_even_contacts_share_the_force():
+    points, normals = on_circle(2 * np.pi * np.arange(3) / 3)
+    forces, share = internal_forces(points, normals, 0.5, 4.0)
+    np.testing.assert_allclose(forces, 4.0 * normals, atol=0.1)
+    assert share < 0.05
+
+
+def test_friction_used_is_the_least_that_balances():
+    # Two contacts whose normals lean by 20 degrees from the line between them: tan 20 = 0.364.
+    lean = np.radians(20.0)
+    points = np.array([[0.03, 0, 0], [-0.03, 0, 0]])
+    normals = np.array([[-np.cos(lean), np.sin(lean), 0], [np.cos(lean), np.sin(lean), 0]])
+    _, share = internal_forces(points, normals, 0.5, 1.0)
+    assert share == pytest.approx(np.tan(lean) / 0.5, abs=0.08)
+    assert internal_forces(points, normals, 0.25, 1.0)[1] == np.inf
+
+
+def test_contacts_on_one_side_cannot_balance():
+    points, normals = on_circle(np.array([-0.2, 0.0, 0.2]))
+    assert internal_forces(points, normals, 0.5, 1.0)[1] == np.inf
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(3, 5))
+def test_forces_of_even_grasps_balance_inside_the_cones(seed, n):
+    generator = np.random.default_rng(seed)
+    points, normals = on_circle(2 * np.pi * np.arange(n) / n + generator.uniform(-0.2, 0.2, n))
+    points[:, 2] += generator.uniform(-0.003, 0.003, n)
+    turn = Rotation.from_quat(generator.normal(size=4)).as_matrix()
+    points, normals = points @ turn.T, normals @ turn.T
+    forces, share = internal_forces(points, normals, 0.6, 3.0)
+    assert share <= 1.0
+    along = np.einsum("ij,ij->i", forces, normals)
+    across = np.linalg.norm(forces - along[:, None] * normals, axis=1)
+    assert (along >= 0).all()
+    assert (across <= 0.6 * along + 1e-9).all()
+    assert along.mean() == pytest.approx(3.0)
+    assert np.linalg.norm(forces.sum(axis=0)) < 0.03 * along.sum()
+    torque = np.cross(points - points.mean(axis=0), forces).sum(axis=0)
+    assert np.linalg.norm(torque) < 0.03 * 0.03 * along.sum()
