@@ -19,7 +19,7 @@ from graspbench.trial.planned import PlannedTrial, planned_trial
 OBJECTS = {"teddy": 3, "bottle": 4}
 """The objects of the figures, each with its number of fingers."""
 
-# Under the thesis' assumption: forces in the grasp's plane, no friction. There the bottle's best grasp is level.
+# Under the thesis' assumption, forces in the plane without friction: there the bottle is grasped level.
 _DEFAULTS = ("quality=thesis",)
 _TITLE = "Grasps of figure 3.11"
 _LABEL = "tab:grasps"

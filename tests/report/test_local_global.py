@@ -34,15 +34,7 @@ def _result(*, name="teddy", gain=1.0, ratio=0.8, refined=0.99, optimal=True):
         "object": {"name": name},
         "hand": {"name": "radial", "fingers": 3},
         "index": {"name": "force_field", "k_cm": gain},
-        "local": _grasp(
-            TRIANGLE,
-            q2=2.0 * ratio,
-            reconstruction_time_s=0.1,
-            time_s=0.2,
-            found_by="follower",
-            followed_share=0.5,
-        ),
-        "restarted": _grasp(TRIANGLE, q2=1.9),
+        "local": _grasp(TRIANGLE, q2=2.0 * ratio, reconstruction_time_s=0.1, time_s=0.2),
         "global": {"q2": _grasp(wide, value=2.0, **certificate)},
         "refined": {"q2": _grasp(wide[::-1], value=2.0 * refined)},
     }
@@ -51,8 +43,6 @@ def _result(*, name="teddy", gain=1.0, ratio=0.8, refined=0.99, optimal=True):
 def test_a_row_holds_ratios_times_and_the_thesis_ratio():
     (row,) = comparison_rows(_result(ratio=0.8))
     assert row["ratio"] == pytest.approx(0.8)
-    assert row["ratio_restarted"] == pytest.approx(0.95)
-    assert (row["found_by"], row["followed_share"]) == ("follower", 0.5)
     assert row["ratio_refined"] == pytest.approx(0.99)
     assert row["thesis"] == pytest.approx(0.536 / 0.690)
     assert row["met"] == "yes"
