@@ -3,14 +3,16 @@
 The thesis calls a grasp optimal when no projected force is left at any contact. A sum of forces can vanish
 because one error hides another, so every term is projected by itself. What is left is the imbalance, in N,
 
-    U = max_i k_a |u_i'| + mean_i ((k_pi d_i + k_cm h) |n'| / l + k_e |e_i| |t_i'| / a) - k_r sqrt(A) / r
+    U = max_i k_a |u_i'| + mean_i ((k_pi d_i + k_cm h) |n'| / l + k_e |e_i| |t_i'| / a)
+        + k_n |sum_i v_i| - k_r sqrt(A) / r
 
 with d_i, h, e_i and r as in `graspbench.planning.indices.force_field`, n the grip plane's normal, u_i
 outwards from c^PI to the contact, t_i = n x u_i, x' the part of the unit vector x that is tangential to the
-surface, and A the area of the grasp polygon, which the thesis wants large. Without the last term U is zero
-just where the contacts lie at equal angles in one plane through the centroid, with surface normals that all
-point away from c^PI. The push outwards is judged by the contact where most of it is left, as the thesis'
-threshold does.
+surface, v_i the surface normals, and A the area of the grasp polygon, which the thesis wants large. Without
+the last term U is zero just where the contacts lie at equal angles in one plane through the centroid, with
+surface normals that all point away from c^PI. The term of k_n says the last thing of all normals together:
+equal forces along them cancel, as they have to where there is no friction. The push outwards is judged by
+the contact where most of it is left, as the thesis' threshold does.
 """
 
 import numpy as np
@@ -32,7 +34,7 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
         points: Contacts in cyclic order, shape (n_f, 3), m.
         normals: Outward unit surface normals there, shape (n_f, 3).
         centroid: Centroid of the surface, shape (3,).
-        k: k_pi / l, k_cm / l, k_e / a, k_a, and k_r / r; SI units, shape (5,).
+        k: k_pi / l, k_cm / l, k_e / a, k_a, k_r / r and k_n; SI units, shape (6,).
     """
     n_f = points.shape[0]
     plane = fit_plane(points, centroid)
@@ -40,6 +42,7 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
     mean = plane[1]
     offset = (centroid[0] - mean[0]) * x + (centroid[1] - mean[1]) * y + (centroid[2] - mean[2]) * z
     errors, worst, area = 0.0, 0.0, 0.0
+    sum_u, sum_v, sum_w = 0.0, 0.0, 0.0
     for i in range(n_f):
         j = (i + 1) % n_f
         ax, ay, az = points[i, 0] - centroid[0], points[i, 1] - centroid[1], points[i, 2] - centroid[2]
@@ -52,6 +55,7 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
         error = abs((angle if angle >= 0.0 else angle + 2.0 * np.pi) - 2.0 * np.pi / n_f)
         size = np.sqrt(ax * ax + ay * ay + az * az)
         u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
+        sum_u, sum_v, sum_w = sum_u + u, sum_v + v, sum_w + w
         across = u * x + v * y + w * z
         errors += (k[0] * abs(rise + offset) + k[1] * abs(offset)) * np.sqrt(max(0.0, 1.0 - across * across))
         if size == 0.0:
@@ -64,7 +68,8 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
         # Where the surface faces the centroid, no push outwards is ever balanced.
         left = np.sqrt(max(0.0, 1.0 - outwards * outwards))
         worst = max(worst, k[3] * (left if outwards >= 0.0 else 2.0 - left))
-    return float(worst + errors / n_f - k[4] * np.sqrt(max(0.0, area)))
+    uncancelled = np.sqrt(sum_u * sum_u + sum_v * sum_v + sum_w * sum_w)
+    return float(worst + errors / n_f + k[5] * uncancelled - k[4] * np.sqrt(max(0.0, area)))
 
 
 @compiled

@@ -22,8 +22,8 @@ def waved(d):
 SURFACE = radial(waved, meridians=24, parallels=17)
 
 
-def coefficients(k_pi=1.0, k_cm=1.0, k_e=1.0, k_a=1.0, k_r_per_m=0.0):
-    return np.array([k_pi / LENGTH_M, k_cm / LENGTH_M, k_e / np.deg2rad(ANGLE_DEG), k_a, k_r_per_m])
+def coefficients(k_pi=1.0, k_cm=1.0, k_e=1.0, k_a=1.0, k_r_per_m=0.0, k_n=0.0):
+    return np.array([k_pi / LENGTH_M, k_cm / LENGTH_M, k_e / np.deg2rad(ANGLE_DEG), k_a, k_r_per_m, k_n])
 
 
 def left_of_the_forces(points, normals, centroid, k):
@@ -39,7 +39,8 @@ def left_of_the_forces(points, normals, centroid, k):
 
     errors = tangential(forces.plane) + tangential(forces.centroid) + tangential(forces.equilateral)
     area = grip_geometry(points, centroid).area_m2
-    return tangential(forces.area).max() + errors.mean() - k[4] * np.sqrt(area)
+    uncancelled = np.linalg.norm(normals.sum(axis=0))
+    return tangential(forces.area).max() + errors.mean() + k[5] * uncancelled - k[4] * np.sqrt(area)
 
 
 @pytest.mark.parametrize("n_f", [3, 4, 5])
@@ -52,7 +53,7 @@ def test_is_what_is_left_of_each_projected_force(n_f):
         normals = outwards + random.uniform(-0.3, 0.3, (n_f, 3))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         centroid = random.uniform(-0.002, 0.002, 3)
-        k = coefficients(*random.uniform(0.2, 2.0, 4), k_r_per_m=random.uniform(0, 30))
+        k = coefficients(*random.uniform(0.2, 2.0, 4), random.uniform(0, 30), random.uniform(0, 2))
         found = imbalance(points, normals, centroid, k)
         assert found == pytest.approx(left_of_the_forces(points, normals, centroid, k), rel=1e-9)
 

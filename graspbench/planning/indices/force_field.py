@@ -48,7 +48,7 @@ from graspbench.reconstruction.surface import Surface
 if TYPE_CHECKING:
     from graspbench.grasp.quality import QualityParameters
 
-_K_R = 3.0
+_K_R, _K_N = 3.0, 1.0
 _NO_BALANCE = np.empty(0)
 
 
@@ -90,6 +90,13 @@ class ForceFieldParameters:
         Field(
             description="balance: what the root of the polygon's area is worth, per mean radius of the "
             "surface, N; null: 3, and 0 where quality.wrench_space leaves moments out"
+        ),
+    ] = None
+    k_n: Annotated[
+        float | None,
+        Field(
+            description="balance: weight of equal forces along the normals cancelling each other, N; null: "
+            "1 where quality.contact is frictionless, else 0"
         ),
     ] = None
 
@@ -191,6 +198,8 @@ class ForceField:
         self._coefficients = _coefficients(parameters)
         moments = quality is None or not quality.wrench_space.endswith("_force")
         self._k_r = (_K_R if moments else 0.0) if parameters.k_r is None else parameters.k_r
+        frictionless = quality is not None and quality.contact == "frictionless"
+        self._k_n = (_K_N if frictionless else 0.0) if parameters.k_n is None else parameters.k_n
         self._radius: tuple[FloatArray, float] | None = None
 
     def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
@@ -269,9 +278,8 @@ class ForceField:
     def _balance(self, surface: Surface) -> FloatArray:
         p = self._parameters
         length, angle = p.balance_length_m, np.deg2rad(p.balance_angle_deg)
-        return np.array(
-            [p.k_pi / length, p.k_cm / length, p.k_e / angle, p.k_a, self._k_r / self._mean_radius(surface)]
-        )
+        largest = self._k_r / self._mean_radius(surface)
+        return np.array([p.k_pi / length, p.k_cm / length, p.k_e / angle, p.k_a, largest, self._k_n])
 
     def _mean_radius(self, surface: Surface) -> float:
         """Return the surface's mean radius; that of the last surface is remembered."""
