@@ -19,6 +19,7 @@ from graspbench.cli import (
     run,
     sweep,
     tune,
+    view,
 )
 from graspbench.errors import GraspbenchError
 
@@ -34,6 +35,7 @@ app.command("run")(run.run)
 app.command("sweep")(sweep.sweep)
 app.command("tune")(tune.tune)
 app.command("report")(report.report)
+app.command("view")(view.view)
 app.command("paper")(paper.paper)
 app.command("manipulate")(manipulate.manipulate)
 app.command("config")(config.config)
@@ -67,9 +69,18 @@ def main() -> None:
     except GraspbenchError as error:
         print(f"graspbench: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print("graspbench: interrupted.", file=sys.stderr)
-        sys.exit(130)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:  # a disk that is full, a folder without rights: the user's to mend
+        print(f"graspbench: {_told(error)}.", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("graspbench: interrupted.", file=sys.stderr)
+        sys.exit(130)
+
+
+def _told(error: OSError) -> str:
+    """Return what the system says, and of which file."""
+    where = f" ({error.filename})" if error.filename else ""
+    return f"{error.strerror or error}{where}"

@@ -32,13 +32,13 @@ def bench(
 ) -> None:
     """Measure this package against its peers in one run; ratios are what to quote."""
     from graspbench.bench import run_benchmarks
-    from graspbench.bench.tables import write_tables
+    from graspbench.bench.tables import write_bench
     from graspbench.cli.printing import err, out, print_json, print_rows
 
     document = {}
     chosen = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     for result in run_benchmarks(names or list(_NAMES), output, err.print, objects=chosen, quick=quick):
-        files = write_tables(result, output)
+        files = write_bench(result, output)
         document[result.name] = {
             "rows": list(result.rows),
             **{name: list(rows) for name, rows in result.tables.items()},

@@ -95,7 +95,8 @@ def _scale(text: str) -> float | Literal["guess"]:
 
 
 def _print_properties(described: dict[str, Any]) -> None:
-    from graspbench.cli.printing import cell, out
+    from graspbench.cli.printing import out
+    from graspbench.report.tables import value_text
 
     for key, value in described.items():
         if isinstance(value, list):
@@ -104,10 +105,12 @@ def _print_properties(described: dict[str, Any]) -> None:
                 for line in lines:
                     out.print(f"{key:17} {line}", highlight=False, markup=False)
                 continue
-            value = ", ".join(cell(item) if not isinstance(item, list) else _row(item) for item in lines)
+            value = ", ".join(
+                value_text(item) if not isinstance(item, list) else _row(item) for item in lines
+            )
             if not value:
                 continue
-        text = value if isinstance(value, str) else cell(value)
+        text = value if isinstance(value, str) else value_text(value)
         out.print(f"{key:17} {text}", highlight=False, markup=False)
 
 

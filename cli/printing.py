@@ -1,15 +1,23 @@
-"""How results look on a terminal: stdout carries results, stderr progress."""
+"""How results look on a terminal: stdout carries results, stderr progress.
+
+Nothing that is printed here is read as markup: names of files and objects may hold brackets.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.table import Table
+from rich.text import Text
 
 from graspbench.experiment import to_json
 
-out = Console(soft_wrap=True)
-err = Console(stderr=True, soft_wrap=True)
+if TYPE_CHECKING:
+    from graspbench.report.tables import Table
+
+out = Console(soft_wrap=True, markup=False, emoji=False)
+err = Console(stderr=True, soft_wrap=True, markup=False, emoji=False)
+
+_UNLIMITED = 10_000
 
 
 def print_json(document: Any) -> None:
@@ -17,31 +25,30 @@ def print_json(document: Any) -> None:
     print(to_json(document), end="")
 
 
+def print_stage(since_start_s: float, stage: str, seconds: float) -> None:
+    """Say on stderr that a stage has ended."""
+    err.print(Text.assemble((f"{since_start_s:7.2f} s", "dim"), f"  {stage} ({seconds * 1e3:.0f} ms)"))
+
+
+def print_failure(reason: object) -> None:
+    """Say why a trial failed."""
+    out.print(Text.assemble(("failed", "bold red"), f": {reason}"))
+
+
 def print_rows(
     rows: Sequence[Mapping[str, Any]], title: str | None = None, columns: Sequence[str] | None = None
 ) -> None:
     """Print rows of the same kind as a table; the columns are those of the first row."""
-    if not rows:
-        out.print(f"{title}: nothing to show" if title else "nothing to show")
-        return
-    names = list(columns or rows[0])
-    table = Table(title=title, title_justify="left")
-    for name in names:
-        numeric = all(isinstance(row.get(name), int | float | None) for row in rows)
-        table.add_column(name, justify="right" if numeric else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*(cell(row.get(name)) for name in names))
-    out.print(table)
+    from graspbench.report.tables import plain_table
+
+    print_table(plain_table("rows", rows, title or "", columns or ()))
 
 
-def cell(value: Any) -> str:
-    """Format one value for people."""
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, list | tuple):
-        return ", ".join(cell(item) for item in value)
-    return str(value)
+def print_table(table: "Table") -> None:
+    """Print a table: as wide as the terminal, or as it needs where there is none."""
+    from graspbench.report.tables import to_terminal
+
+    if out.is_terminal:
+        out.print(to_terminal(table, out.width))
+    else:
+        Console(width=_UNLIMITED, markup=False).print(to_terminal(table))

@@ -9,7 +9,7 @@ from graspbench.cli.arguments import Json
 from graspbench.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from graspbench.report import Table
 
 _TABLES = ("csv", "markdown", "latex")
 _FORMATS = (*_TABLES, "parquet", "html")
@@ -43,7 +43,9 @@ def report(
     as_json: Json = False,
 ) -> None:
     """Write tables and a page of one or more results folders: the local-against-global table first."""
-    from graspbench.cli.printing import out, print_json
+    from graspbench.cli.printing import out, print_json, print_table
+    from graspbench.report.statistics import check_statistics
+    from graspbench.report.tables import to_json_rows
 
     chosen = _words(formats)
     unknown = [name for name in chosen if name not in _FORMATS]
@@ -51,15 +53,20 @@ def report(
         raise ConfigurationError(
             f"unknown report format '{unknown[0]}'", remedy=f"choose from {', '.join(_FORMATS)}"
         )
+    check_statistics(_words(stat))
     target = output or folders[0] / "report"
     if compare:
-        text, paths = _compare(folders, chosen, _words(value), target)
+        tables, paths = _compare(folders, chosen, _words(value), target)
     else:
-        text, paths = _report(folders, chosen, (_words(group), _words(stat), _words(value)), pictures, target)
+        tables, paths = _report(
+            folders, chosen, (_words(group), _words(stat), _words(value)), pictures, target
+        )
     if as_json:
-        print_json({"schema": 1, "files": [str(path) for path in paths]})
+        contents = {table.name: to_json_rows(table) for table in tables}
+        print_json({"schema": 1, "files": [str(path) for path in paths], "tables": contents})
         return
-    out.print(text, markup=False)
+    for table in tables:
+        print_table(table)
     for path in paths:
         out.print(f"written   {path}")
 
@@ -70,78 +77,48 @@ def _report(
     grouping: tuple[list[str], list[str], list[str]],
     pictures: Literal["auto", "embed", "link", "none"],
     target: Path,
-) -> tuple[str, list[Path]]:
+) -> tuple[list["Table"], list[Path]]:
     from graspbench.experiment import load_results, results_frame
-    from graspbench.report import comparison_table, write_table
-    from graspbench.report.groups import correlation_table, frame_markdown, group_table
-    from graspbench.report.tables import table_markdown
+    from graspbench.report import comparison_table, write_tables
+    from graspbench.report.correlations import correlation_table
+    from graspbench.report.groups import group_table
     from graspbench.results.columns import parquet_bytes
     from graspbench.results.store import write_atomically
 
     loaded = load_results(folders)
     frame = results_frame(loaded.results, loaded.folders)
     group, stat, value = grouping
-    grouped = group_table(frame, group, stat, value) if group else None
-    tables = [name for name in formats if name in _TABLES]
-    paths = list(write_table(frame, tables, target)) if tables else []
-    text = table_markdown(comparison_table(frame))
-    if grouped is not None:
-        title = f"By {', '.join(group)}"
-        paths += _write_frame(grouped, title, "groups", tables, target)
-        text += frame_markdown(grouped, title)
+    shown = [comparison_table(frame)]
+    if group:
+        shown.append(group_table(frame, group, stat, value))
     correlations = correlation_table(frame)
-    if len(correlations):
-        title = "Quality against physics: Spearman's rank correlation with 95 % intervals"
-        paths += _write_frame(correlations, title, "correlations", tables, target)
+    if correlations.rows:
+        shown.append(correlations)
+    paths = list(write_tables(shown, target, [name for name in formats if name in _TABLES]))
     if "parquet" in formats:
         path = target / "trials.parquet"
         write_atomically(path, parquet_bytes(frame.drop(columns="folder")))
         paths.append(path)
     if "html" in formats:
-        from graspbench.report.html import write_page
+        from graspbench.report.results_page import write_loaded_page
 
-        places = {
-            row["trial_id"]: Path(row["folder"]) for row in frame[["trial_id", "folder"]].to_dict("records")
-        }
-        title = ", ".join(folder.resolve().name for folder in folders)
-        paths.append(write_page(frame, target, places, title=title, pictures=pictures))
-    return text, paths
+        paths.append(write_loaded_page(folders, loaded, frame, target, shown, pictures))
+    return shown, paths
 
 
 def _compare(
     folders: list[Path], formats: list[str], values: list[str], target: Path
-) -> tuple[str, list[Path]]:
+) -> tuple[list["Table"], list[Path]]:
     from graspbench.experiment import load_results, results_frame
-    from graspbench.report.groups import frame_markdown
+    from graspbench.report import write_tables
     from graspbench.report.paired import compare_experiments
 
     if len(folders) != 2:
         raise ConfigurationError("--compare takes two folders", remedy="graspbench report --compare A B")
     first, second = (results_frame(load_results([folder]).results) for folder in folders)
-    table, keys = compare_experiments(first, second, values)
-    title = f"A {folders[0].name} against B {folders[1].name}, paired by {', '.join(keys)}"
-    tables = [name for name in formats if name in _TABLES]
-    return frame_markdown(table, title), _write_frame(table, title, "compare", tables, target)
-
-
-def _write_frame(
-    table: "pd.DataFrame", title: str, name: str, formats: list[str], target: Path
-) -> list[Path]:
-    from graspbench.report.groups import frame_latex, frame_markdown
-    from graspbench.results.store import write_atomically
-
-    paths = []
-    for chosen in formats:
-        if chosen == "csv":
-            suffix, text = "csv", table.to_csv(index=False, lineterminator="\n")
-        elif chosen == "markdown":
-            suffix, text = "md", frame_markdown(table, title)
-        else:
-            suffix, text = "tex", frame_latex(table, title, f"tab:{name}")
-        path = target / f"{name}.{suffix}"
-        write_atomically(path, text)
-        paths.append(path)
-    return paths
+    names = (folders[0].resolve().name, folders[1].resolve().name)
+    table = compare_experiments(first, second, values, names)
+    return [table], list(write_tables([table], target, [name for name in formats if name in _TABLES]))
 
 
 def _words(text: str) -> list[str]:

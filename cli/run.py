@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.grasp.quality import THESIS_MEASURES
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialConfig, TrialResult
@@ -38,14 +39,14 @@ def run(
 
 def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json, print_stage
     from graspbench.experiment import ResultStore, run_and_store
 
     store = ResultStore(output)
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:
-        err.print(f"[dim]{time.perf_counter() - started:7.2f} s[/dim]  {stage} ({seconds * 1e3:.0f} ms)")
+        print_stage(time.perf_counter() - started, stage, seconds)
 
     result = run_and_store(config, store, on_stage=show_stage)
     store.write_table()
@@ -58,37 +59,41 @@ def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
 
 
 def _print_summary(result: "TrialResult", folder: Path) -> None:
-    from graspbench.cli.printing import out, print_rows
+    from graspbench.cli.printing import out, print_failure, print_rows
+    from graspbench.cli.verdict import verdict
 
-    who = f"{result.object.name}, {result.hand.name} hand, {result.hand.fingers} fingers"
     if result.status != "done":
-        out.print("[bold red]failed[/bold red]:", end=" ")
-        out.print(result.reason, markup=False)
-    elif result.global_:
-        rows = [_measure_row(result, measure) for measure in result.global_]
-        print_rows(rows, title=f"{who}, index {result.index['name']}: local against global")
+        print_failure(result.reason)
+    else:
+        out.print(verdict(result))
+    who = f"{result.object.name}, {result.hand.name} hand, {result.hand.fingers} fingers"
     if result.manipulation is not None:
         figures = [{"figure": key, "value": value} for key, value in vars(result.manipulation).items()]
         motion, contact = result.config["motion"]["name"], result.config["contact"]["kind"]
         print_rows(figures, title=f"{who}, motion {motion}, {contact} contacts")
-    out.print(f"results   {folder}", markup=False)
+    elif result.local is not None:
+        searched = result.global_
+        rows = [_measure_row(result, measure) for measure in searched or THESIS_MEASURES]
+        told = "local against global" if searched else "the local grasp"
+        print_rows(rows, title=f"{who}, index {result.index['name']}: {told}")
+    out.print(f"results   {folder}")
     for path in sorted(folder.iterdir()):
         if path.suffix in _SHOWN_FILES:
-            out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}", markup=False)
+            out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}")
 
 
 _SHOWN_FILES = {".png": "picture", ".mcap": "log", ".csv": "histories"}
 
 
 def _measure_row(result: "TrialResult", measure: str) -> dict[str, Any]:
-    best, local = result.global_[measure], result.local
+    local, best = result.local, result.global_.get(measure)
     assert local is not None, "a trial that is done has a grasp"
-    return {
-        "measure": measure.upper(),
-        "local": getattr(local, measure, None),
-        "global": best.value if best.contacts else None,
-        "ratio": result.ratio.get(measure),
-        "optimal": best.optimal,
-        "local time (ms)": 1e3 * local.time_s,
-        "global time (ms)": 1e3 * best.time_s,
-    }
+    row = {"measure": measure.upper(), "local": getattr(local, measure, None)}
+    if best is not None:
+        row |= {
+            "global": best.value if best.contacts else None,
+            "ratio": result.ratio.get(measure),
+            "optimal": best.optimal,
+        }
+    row |= {"local time (ms)": 1e3 * local.time_s}
+    return row if best is None else row | {"global time (ms)": 1e3 * best.time_s}

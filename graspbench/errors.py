@@ -60,6 +60,10 @@ class LogError(InputError):
     """A log or result file is missing, unreadable or of an unknown version."""
 
 
+class OutputError(InputError):
+    """Results cannot be written where they should go: no folder, no right, no room."""
+
+
 class TrialError(GraspbenchError):
     """A well-posed trial failed while it ran (exit code 1)."""
 

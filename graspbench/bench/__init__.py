@@ -11,7 +11,7 @@ from graspbench.errors import ConfigurationError
 __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 
 BENCHMARKS = {
-    "clik": "graspbench.bench.clik",
+    "clik": "graspbench.bench.clik_step",
     "global": "graspbench.bench.global_search",
     "quality": "graspbench.bench.quality",
     "reconstruction": "graspbench.bench.reconstruction",

@@ -92,6 +92,7 @@ def _row(config: TrialConfig, measure: str, coarse: Surface, full: Surface) -> d
         "upper_bound": found.upper_bound,
         "gap": found.gap,
         "optimal": found.optimal,
+        "optimal_up_to_solver": found.optimal_up_to_solver,
         "enumeration_rate_per_s": len(grasps) / peer_s,
         "enumeration_s": enumeration_s,
         "ratio": enumeration_s / search_s,

@@ -33,10 +33,12 @@ from graspbench.config.schema import (
     complete_with_defaults,
 )
 from graspbench.errors import ConfigurationError
-from graspbench.geometry import list_objects
+from graspbench.geometry import list_folder, list_objects
 from graspbench.planning.index import INDICES
 
 Tree = dict[str, Any]
+
+_OBJECT_ID = "object.id"
 
 CONF_DIR = Path(graspbench.conf.__path__[0])
 
@@ -126,10 +128,8 @@ def expand_sweep(
     cells: dict[tuple[str, ...], None] = {}
     for grid in grids_of(names[-1] if names else None, (config_dir, CONF_DIR)):
         given = {override.key_or_group for override in parsed}
-        axes = [
-            _axis(override, config_dir, primary)
-            for override in (*(each for each in _parse(grid) if each.key_or_group not in given), *parsed)
-        ]
+        all_of_cell = [*(each for each in _parse(grid) if each.key_or_group not in given), *parsed]
+        axes = [_axis(override, all_of_cell, config_dir, primary) for override in all_of_cell]
         cells |= dict.fromkeys(itertools.product(*axes))
     return list(cells)
 
@@ -253,11 +253,15 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
     return parsed
 
 
-def _axis(override: Override, config_dir: Path | None, primary: Primary) -> list[str]:
+def _axis(
+    override: Override, others: Sequence[Override], config_dir: Path | None, primary: Primary
+) -> list[str]:
     key = override.get_key_element()
     value: Any = override.value()
     if isinstance(value, Glob):
         options = group_options(config_dir, primary).get(override.key_or_group, ())
+        if override.key_or_group == _OBJECT_ID:
+            options = _object_ids(others, config_dir)
         names = value.filter(list(options))
         if not names:
             raise ConfigurationError(
@@ -268,6 +272,14 @@ def _axis(override: Override, config_dir: Path | None, primary: Primary) -> list
     if not override.is_sweep_override():
         return [override.input_line or ""]
     return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
+
+
+def _object_ids(overrides: Sequence[Override], config_dir: Path | None) -> tuple[str, ...]:
+    """Return the names in the folder that a sweep takes its objects from."""
+    of_object = [item for item in overrides if item.get_key_element().split(".")[0] == "object"]
+    single = [item.input_line or "" for item in of_object if not item.is_sweep_override()]
+    folder = compose_tree(single, config_dir)["object"]["folder"]
+    return () if folder is None else tuple(item.name for item in list_folder(Path(folder).expanduser()))
 
 
 def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:

@@ -35,6 +35,7 @@ from graspbench.grasp.measure import MEASURES
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
 from graspbench.planning import PlannerParameters, SearchParameters
+from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
@@ -266,6 +267,9 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
+    if parts["search"].enabled:
+        for name in parts["search"].measures:
+            check_measure(name, parts["hand"].fingers)
     return complete, {"seed": seed, "index_name": complete["index"]["name"], **parts}
 
 

@@ -1,7 +1,7 @@
 """The files of the user's that a trial reads, by their content: a changed file is another trial."""
 
+import contextlib
 import hashlib
-import json
 import re
 from collections.abc import Iterator
 from functools import lru_cache
@@ -10,12 +10,14 @@ from pathlib import Path
 from graspbench.errors import GraspbenchError
 from graspbench.geometry import ObjectParameters
 from graspbench.geometry.folders import pick_from_folder
+from graspbench.geometry.reading import companions
 from graspbench.hand import HandParameters
 from graspbench.hand.files import SCHEME, find_urdf
 from graspbench.simulation import SceneParameters
 
 _MAX_FILES = 10_000
 _CHUNK_BYTES = 1 << 20
+_MAX_BYTES = 1 << 30
 _MESH_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
@@ -53,16 +55,12 @@ def _object_files(item: ObjectParameters) -> Iterator[tuple[str, Path]]:
 
 
 def _mesh_files(label: str, path: Path) -> Iterator[tuple[str, Path]]:
-    """Yield a mesh and the buffers that a glTF names beside it."""
+    """Yield a mesh and the files that it names beside it."""
     yield label, path
-    if path.suffix.lower() != ".gltf" or not path.is_file():
-        return
     try:
-        buffers = json.loads(path.read_text(encoding="utf-8")).get("buffers", [])
-        names = [str(buffer["uri"]) for buffer in buffers if "uri" in buffer]
-    except (OSError, ValueError, AttributeError, TypeError, KeyError):
+        yield from ((f"{label}:{other.name}", other) for other in companions(path))
+    except (GraspbenchError, OSError):
         return
-    yield from ((f"{label}:{name}", path.parent / name) for name in names if not name.startswith("data:"))
 
 
 def _scene_files(scene: SceneParameters) -> Iterator[tuple[str, Path]]:
@@ -93,10 +91,14 @@ def _hand_files(hand: HandParameters) -> Iterator[tuple[str, Path]]:
 
 
 @lru_cache(maxsize=4096)
-def _digest(path: str, _modified_ns: int, _size: int) -> str:
-    """Return a file's sum; one that has not changed since it was read is not read again."""
-    digest = hashlib.sha256()
-    with open(path, "rb") as stream:
-        while chunk := stream.read(_CHUNK_BYTES):
+def _digest(path: str, _modified_ns: int, size: int) -> str:
+    """Return a file's sum; one that has not changed since it was read is not read again.
+
+    Only so much is read as the file says that it has: there are some without an end.
+    """
+    digest, left = hashlib.sha256(str(size).encode()), min(size, _MAX_BYTES)
+    with contextlib.suppress(OSError), open(path, "rb") as stream:  # whoever reads it next says so
+        while left > 0 and (chunk := stream.read(min(left, _CHUNK_BYTES))):
             digest.update(chunk)
+            left -= len(chunk)
     return digest.hexdigest()

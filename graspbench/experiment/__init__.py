@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graspbench.config.compose import compose_tree, expand_sweep, group_options
+    from graspbench.config.engine import EngineParameters, load_engine, split_engine
     from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
@@ -24,12 +25,11 @@ if TYPE_CHECKING:
     from graspbench.results.plain import to_json
     from graspbench.results.store import LoadedResults, ResultStore, load_results
     from graspbench.results.trial_result import TrialResult
-    from graspbench.sweep.engine import EngineParameters, load_engine, split_engine
     from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
     from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
-    "EngineParameters": "sweep.engine",
+    "EngineParameters": "config.engine",
     "LoadedResults": "results.store",
     "ManipulationConfig": "config.trial_config",
     "ResultStore": "results.store",
@@ -46,7 +46,7 @@ _HOMES = {
     "expand_sweep": "config.compose",
     "group_options": "config.compose",
     "load_config": "config.trial_config",
-    "load_engine": "sweep.engine",
+    "load_engine": "config.engine",
     "load_manipulation_config": "config.trial_config",
     "load_one_config": "config.trial_config",
     "load_results": "results.store",
@@ -59,7 +59,7 @@ _HOMES = {
     "run_sweep": "sweep.grid",
     "run_trial": "trial.runner",
     "show_object": "experiment.objects",
-    "split_engine": "sweep.engine",
+    "split_engine": "config.engine",
     "to_json": "results.plain",
 }
 

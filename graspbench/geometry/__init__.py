@@ -6,6 +6,7 @@ from graspbench.geometry.catalogue import (
     catalogue_entry,
     list_objects,
     load_object,
+    object_name,
 )
 from graspbench.geometry.files import load_mesh
 from graspbench.geometry.folders import FolderItem, list_folder
@@ -28,5 +29,6 @@ __all__ = [
     "list_objects",
     "load_mesh",
     "load_object",
+    "object_name",
     "repair_mesh",
 ]

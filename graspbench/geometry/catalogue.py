@@ -17,7 +17,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.geometry.body import Body
 from graspbench.geometry.decomposition import convex_parts
 from graspbench.geometry.files import load_body
-from graspbench.geometry.folders import YCB_LICENCE, pick_from_folder
+from graspbench.geometry.folders import pick_from_folder
 from graspbench.geometry.frames import Axis, rotation_to_z
 from graspbench.geometry.inspection import inspect
 from graspbench.geometry.mesh import make_mesh, mass_properties, moved
@@ -25,6 +25,7 @@ from graspbench.geometry.model import ObjectModel
 from graspbench.geometry.naming import mesh_name
 from graspbench.geometry.shapes import make_shape
 from graspbench.geometry.shapes.registry import describe_first
+from graspbench.geometry.ycb import ycb_facts
 
 Colour = tuple[
     Annotated[float, Field(ge=0, le=1)],
@@ -33,7 +34,8 @@ Colour = tuple[
     Annotated[float, Field(ge=0, le=1)],
 ]
 
-FILE_CHOICES = ("mesh", "folder")
+YCB = "ycb"
+FILE_CHOICES = ("mesh", "folder", YCB)
 """Names of configuration choices that stand for the user's files, not for an entry of the catalogue."""
 
 
@@ -94,6 +96,7 @@ class CatalogueEntry:
         "z"
     )
     density_kg_m3: Annotated[float, Field(gt=0, description="Density, kg/m^3")] = 250.0
+    mass_kg: Annotated[float | None, Field(gt=0, description="Mass instead of a density, kg")] = None
     friction: Annotated[float, Field(ge=0, description="Coulomb friction coefficient")] = 0.5
     rgba: Annotated[Colour, Field(description="Red, green, blue and opacity, each 0 to 1")] = (
         0.85,
@@ -168,12 +171,11 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
         parts = convex_parts(make_mesh(vertices - centre, faces))
     else:
         parts = tuple(moved(part, turn, -centre) for part in body.parts)
-    density = entry.density_kg_m3 if parameters.density_kg_m3 is None else parameters.density_kg_m3
     return ObjectModel(
         name=name,
         mesh=make_mesh(vertices - centre, faces),
         collision_parts=parts,
-        mass_kg=density * volume if parameters.mass_kg is None else parameters.mass_kg,
+        mass_kg=_mass_kg(parameters, entry, volume),
         friction=entry.friction if parameters.friction is None else parameters.friction,
         rgba=entry.rgba if parameters.rgba is None else parameters.rgba,
         yaw_deg=parameters.yaw_deg,
@@ -183,31 +185,37 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
     )
 
 
+def _mass_kg(parameters: ObjectParameters, entry: CatalogueEntry, volume_m3: float) -> float:
+    """Return the mass: what is asked for comes before what is known, a mass before a density."""
+    for asked_or_known in (parameters, entry):
+        if asked_or_known.mass_kg is not None:
+            return asked_or_known.mass_kg
+        if asked_or_known.density_kg_m3 is not None:
+            return asked_or_known.density_kg_m3 * volume_m3
+    return volume_m3 * CatalogueEntry.density_kg_m3
+
+
 def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
     if parameters.mesh is not None:
         path = Path(parameters.mesh).expanduser()
         body = load_body(path, parameters.scale, parameters.repair)
-        given = parameters.name not in _NAMES_OF_NOTHING
-        return replace(_USER_ENTRY, source=str(path)), parameters.name if given else mesh_name(path), body
+        return replace(_USER_ENTRY, source=str(path)), object_name(parameters), body
     if parameters.folder is not None:
         item = pick_from_folder(Path(parameters.folder).expanduser(), parameters.id)
+        of_ycb = item.ycb or parameters.name == YCB
         # Scans are never clean: what the YCB set distributes is meant to be repaired.
-        body = load_body(item.path, parameters.scale, parameters.repair or item.ycb)
-        licence = YCB_LICENCE if item.ycb else _USER_ENTRY.licence
-        return replace(_USER_ENTRY, source=str(item.path), licence=licence), item.name, body
+        body = load_body(item.path, parameters.scale, parameters.repair or of_ycb)
+        entry = replace(_USER_ENTRY, source=str(item.path))
+        return _known_entry(entry, item.name, body) if of_ycb else (entry, item.name, body)
     if parameters.name in FILE_CHOICES and parameters.entry is None:
-        raise ConfigurationError(
-            f"object={parameters.name} needs a path", remedy=f"set object.{parameters.name}=PATH"
-        )
-    entry = catalogue_entry(parameters.name) if parameters.entry is None else read_entry(parameters.entry)
+        key = "mesh" if parameters.name == "mesh" else "folder"
+        raise ConfigurationError(f"object={parameters.name} needs a path", remedy=f"set object.{key}=PATH")
+    entry, name = _entry(parameters), object_name(parameters)
     description = {**entry.shape, **parameters.shape}
-    name = entry.name
     if parameters.id is not None:
         if "id" not in entry.shape:
-            raise ConfigurationError(f"object '{name}' is not a family", remedy="leave object.id empty")
+            raise ConfigurationError(f"object '{entry.name}' is not a family", remedy="leave object.id empty")
         description["id"] = parameters.id
-    if "id" in description:
-        name = f"{name}_{description['id']}"
     if parameters.scale == "guess":
         raise ConfigurationError(
             f"object.scale=guess with '{name}', whose size is known",
@@ -215,6 +223,37 @@ def _find(parameters: ObjectParameters) -> tuple[CatalogueEntry, str, Body]:
         )
     body = _build(_frozen(description))
     return entry, name, body if parameters.scale == 1.0 else _scaled(body, parameters.scale)
+
+
+def object_name(parameters: ObjectParameters) -> str:
+    """Return what the object is called, or will be once it can be loaded.
+
+    Raises:
+        ConfigurationError: A catalogue entry of the user's cannot be read.
+        MeshError: There is no such folder, or no such mesh in it.
+    """
+    if parameters.mesh is not None:
+        given = parameters.name not in _NAMES_OF_NOTHING
+        return parameters.name if given else mesh_name(Path(parameters.mesh).expanduser())
+    if parameters.folder is not None:
+        return pick_from_folder(Path(parameters.folder).expanduser(), parameters.id).name
+    entry = _entry(parameters)
+    which = entry.shape.get("id") if parameters.id is None else parameters.id
+    return entry.name if which is None else f"{entry.name}_{which}"
+
+
+def _entry(parameters: ObjectParameters) -> CatalogueEntry:
+    return catalogue_entry(parameters.name) if parameters.entry is None else read_entry(parameters.entry)
+
+
+def _known_entry(entry: CatalogueEntry, name: str, body: Body) -> tuple[CatalogueEntry, str, Body]:
+    """Complete the entry of a mesh of the YCB set by what is known of the object."""
+    facts = ycb_facts(name)
+    if facts.mass_kg is None:
+        warning = f"the mass of {name} is in no table, so that it has {entry.density_kg_m3:g} kg/m^3"
+        body = replace(body, warnings=(*body.warnings, warning))
+    known = replace(entry, mass_kg=facts.mass_kg, friction=facts.friction, licence=facts.licence)
+    return known, name, body
 
 
 def _scaled(body: Body, factor: float) -> Body:

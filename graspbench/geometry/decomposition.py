@@ -1,8 +1,10 @@
 """Convex pieces of a mesh, for contact dynamics.
 
 A body is cut by axis-parallel planes, always the piece that wastes most volume between itself and its
-convex hull, always where the two halves waste least. Cuts are exact (manifold3d) and nothing is drawn at
-random, so that a mesh has one decomposition. A fixed budget of pieces bounds the time.
+convex hull, always where the two halves waste least, also where one cut alone does not help yet: half a ring
+fills as much of its hole as the whole one, a quarter less. So cavities and holes stay open. Cuts are exact
+(manifold3d) and nothing is drawn at random, so that a mesh has one decomposition. A fixed budget of pieces
+bounds the time.
 """
 
 from __future__ import annotations
@@ -24,15 +26,18 @@ from graspbench.geometry.mesh import make_mesh, signed_volume
 if TYPE_CHECKING:
     import trimesh
 
-MAX_PARTS = 20
+MAX_PARTS = 40
 """More pieces than this slow contact dynamics down without moving a contact by a noticeable distance."""
 
 _WASTE_SHARE = 0.01
 """The pieces may enclose this share of volume more than the body."""
 
-_OFFSETS = (np.arange(9) + 1.0) / 10.0
-_SMOOTHING_M = 2e-4
-_ALGORITHM = "axis cuts 1"
+_COARSE, _FINE = (0.1, 0.3, 0.5, 0.7, 0.9), (-0.1, -0.05, 0.05, 0.1)
+"""Where cuts are tried, as shares of a piece's extent, and then beside the best of them."""
+
+_SLIVER_SHARE = 1e-6
+_SMOOTHING_M = 5e-4
+_ALGORITHM = "axis cuts 2"
 """Part of a cached decomposition's name: change it with the algorithm."""
 
 
@@ -123,20 +128,32 @@ def _piece(solid: Any) -> _Piece:
 
 
 def _best_cut(piece: _Piece) -> list[_Piece]:
+    """Return the halves of the best cut; of cuts that waste alike, the one with the more even halves."""
     low, high = np.reshape(piece.solid.bounding_box(), (2, 3))
-    best: list[_Piece] = []
-    least = 0.98 * piece.waste  # a cut must help
-    for axis in range(3):
-        normal = [0.0, 0.0, 0.0]
-        normal[axis] = 1.0
-        for share in _OFFSETS:
-            offset = float(low[axis] + share * (high[axis] - low[axis]))
-            halves = [
-                _piece(part)
-                for side in piece.solid.split_by_plane(normal, offset)
-                for part in side.decompose()
-            ]
-            waste = sum(half.waste for half in halves)
-            if waste < least and len(halves) >= 2:
-                least, best = waste, halves
-    return best
+    axes = [axis for axis in range(3) if high[axis] - low[axis] > 0.2 * float((high - low).max())]
+    tried = [(axis, share) for axis in axes for share in _COARSE]
+    cuts = {key: _halves(piece, low, high, *key) for key in tried}
+    axis, share = min(tried, key=lambda key: _badness(cuts[key]))
+    finer = [(axis, share + step) for step in _FINE if 0.0 < share + step < 1.0]
+    cuts |= {key: _halves(piece, low, high, *key) for key in finer}
+    best = min(cuts.values(), key=_badness)
+    return best if _badness(best) < np.inf else []
+
+
+def _halves(piece: _Piece, low: FloatArray, high: FloatArray, axis: int, share: float) -> list[_Piece]:
+    normal = [0.0, 0.0, 0.0]
+    normal[axis] = 1.0
+    sides = piece.solid.split_by_plane(normal, float(low[axis] + share * (high[axis] - low[axis])))
+    return [
+        half
+        for side in sides
+        for part in side.decompose()
+        if (half := _piece(part)).hull.volume() > _SLIVER_SHARE * piece.hull.volume()
+    ]
+
+
+def _badness(halves: list[_Piece]) -> float:
+    if len(halves) < 2:
+        return float(np.inf)
+    wastes = [half.waste for half in halves]
+    return float(sum(wastes) + 0.1 * max(wastes))

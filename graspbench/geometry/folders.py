@@ -1,5 +1,7 @@
 """Folders of meshes: whole folders of the user's files, and YCB objects as they are distributed."""
 
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -7,12 +9,11 @@ from pathlib import Path
 from graspbench.errors import MeshError
 from graspbench.geometry.naming import distinct_names
 from graspbench.geometry.reading import FORMATS
-
-YCB_LICENCE = "CC BY 4.0 (YCB Object and Model Set)"
+from graspbench.geometry.ycb import short_name
 
 _YCB_VARIANTS = ("google_16k", "google_64k", "google_512k", "tsdf", "poisson")
 _YCB_FILES = ("nontextured.ply", "nontextured.stl", "textured.obj")
-_MAX_FILES = 20_000
+_MAX_MESHES = 20_000
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def list_folder(folder: Path) -> tuple[FolderItem, ...]:
     own = [path for path in folder.iterdir() if _is_mesh(path)]
     items = (_ycb_objects(own) if folder.resolve().name in _YCB_VARIANTS else []) or _plain_items(own, folder)
     if not own:
-        below = sorted(path for path in islice(folder.rglob("*"), _MAX_FILES) if _is_mesh(path))
+        below = sorted(islice(_meshes_below(folder), _MAX_MESHES))
         items = _ycb_objects(below) or _plain_items(below, folder)
     if not items:
         raise MeshError(
@@ -60,8 +61,8 @@ def pick_from_folder(folder: Path, which: int | str | None) -> FolderItem:
 
     Args:
         folder: The folder.
-        which: Number in the order of :func:`list_folder` from 0, or a name; a YCB object's name may be given
-            without its number. None for the first.
+        which: Number in the order of :func:`list_folder` from 0, or a name; that of an object of the YCB set
+            may be given without its number. None for the first.
 
     Raises:
         MeshError: There is no such folder or mesh.
@@ -69,7 +70,7 @@ def pick_from_folder(folder: Path, which: int | str | None) -> FolderItem:
     items = list_folder(folder)
     text = str(0 if which is None else which)
     for item in items:
-        if text in (item.name, item.name.partition("_")[2] if item.ycb else item.name):
+        if text in (item.name, short_name(item.name)):
             return item
     if text.isdigit() and int(text) < len(items):
         return items[int(text)]
@@ -96,6 +97,11 @@ def _ycb_objects(meshes: list[Path]) -> list[FolderItem]:
             owner = path.parent.resolve().parent
             best[owner] = min(best.get(owner, rank), rank)
     return [FolderItem(owner.name, path, True) for owner, (_, _, path) in best.items()]
+
+
+def _meshes_below(folder: Path) -> Iterator[Path]:
+    for inner, _, names in os.walk(folder):
+        yield from (path for name in names if _is_mesh(path := Path(inner) / name))
 
 
 def _is_mesh(path: Path) -> bool:

@@ -129,12 +129,12 @@ def inspect(
         repairs.append(f"{counted(lost, 'degenerate or duplicate triangle')} dropped")
     report = replace(report, vertices=len(vertices), triangles=len(faces), repairs=tuple(repairs))
     problems = list(_size_problems(name, extents))
-    if _is_flat(vertices):
-        return refused(*problems, MeshProblem("flat", f"{name} is flat", "export a solid, not a sheet"))
     if len(faces) == 0:
         return refused(
             *problems, MeshProblem("flat", f"{name} has no triangle with an area", "export it again")
         )
+    if _is_flat(vertices):
+        return refused(*problems, MeshProblem("flat", f"{name} is flat", "export a solid, not a sheet"))
 
     edges = topology.find_edges(faces, len(vertices))
     if np.any(edges.count > 2) and len(single := topology.without_backs(faces)) < len(faces):
@@ -171,11 +171,19 @@ def inspect(
         report = replace(report, vertices=len(vertices), genus=sum(genera), volume_m3=float(volumes.sum()))
         problems += _solid_problems(name, volumes, extents) or _genus_problems(name, vertices, faces, genera)
     if not trusted and not any(problem.kind in ("units", "flat", "too_fine") for problem in problems):
-        pierced = int(self_intersections(vertices, faces).sum())
-        report = replace(report, self_intersecting=pierced)
-        problems += _intersection_problems(name, pierced)
+        report = with_intersections(report, int(self_intersections(vertices, faces).sum()))
+    problems += report.problems
     report = replace(report, usable=not problems, problems=tuple(problems), repairs=tuple(repairs))
     return vertices, faces, report
+
+
+def with_intersections(report: MeshReport, pierced: int) -> MeshReport:
+    """Return a report that says how many triangles pierce others."""
+    if pierced == 0:
+        return report
+    what = f"{report.name} intersects itself ({pierced} triangles are pierced)"
+    problem = MeshProblem("self_intersecting", what, "remesh it, or try a repair", True)
+    return replace(report, usable=False, problems=(*report.problems, problem), self_intersecting=pierced)
 
 
 def _is_flat(vertices: FloatArray) -> bool:
@@ -227,13 +235,6 @@ def _edge_problems(name: str, count: IntArray) -> list[MeshProblem]:
     return problems
 
 
-def _intersection_problems(name: str, pierced: int) -> list[MeshProblem]:
-    if pierced == 0:
-        return []
-    what = f"{name} intersects itself ({pierced} triangles are pierced)"
-    return [MeshProblem("self_intersecting", what, "remesh it, or try a repair", True)]
-
-
 def _outward(
     vertices: FloatArray, faces: IntArray, body: IntArray, bodies: int
 ) -> tuple[IntArray, FloatArray, bool]:
@@ -264,14 +265,11 @@ def _solid_problems(name: str, volumes: FloatArray, extents: FloatArray) -> list
 
 def _genus_problems(name: str, vertices: FloatArray, faces: IntArray, genera: list[int]) -> list[MeshProblem]:
     handles = sum(genera)
-    if handles == 0:
+    if handles == 0 or len(genera) > 1 or len(faces) > _MAX_SEARCHED:
+        return []
+    girth = thinnest_loop(vertices, faces)[1]
+    if not is_spurious(girth, vertices):
         return []
     holes = "a hole" if handles == 1 else f"{handles} holes"
-    girth, remedy, spurious = "", "fill it, or choose an object without handles", False
-    if len(genera) == 1 and len(faces) <= _MAX_SEARCHED:
-        thinnest = thinnest_loop(vertices, faces)[1]
-        girth = f", {_length(thinnest)} around where it is thinnest"
-        if spurious := is_spurious(thinnest, vertices):
-            remedy = "cut it with a repair, since it is thin enough to be a scan's error"
-    what = f"{name} has {holes} through it (genus {handles}{girth}), where objects must be of genus 0"
-    return [MeshProblem("genus", what, remedy, spurious)]
+    what = f"{name} has {holes} through it, only {_length(girth)} around where the thinnest is"
+    return [MeshProblem("genus", what, "cut it with a repair, since it may be a scan's error", True)]

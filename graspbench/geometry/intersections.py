@@ -9,7 +9,7 @@ _PLANE_SHARE = 1e-9
 """Distances below this share of the mesh's size are touching, not piercing."""
 
 
-def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
+def self_intersections(vertices: FloatArray, faces: IntArray, among: BoolArray | None = None) -> BoolArray:
     """Return which triangles are pierced by an edge of a triangle that is not their neighbour, shape (m,).
 
     Candidates come from a uniform grid; a triangle that lies flat on another one is not found.
@@ -17,6 +17,7 @@ def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
     Args:
         vertices: Shape (n, 3).
         faces: Shape (m, 3); corners that coincide must be one vertex.
+        among: Which triangles to look at, together with those they meet, shape (m,); None for all.
     """
     corners = np.ascontiguousarray(vertices[faces])
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -33,7 +34,9 @@ def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
     shape = last.max(axis=0) + 1
     cells, owners = _entries(first, last, shape, int(spans.sum()))
     order = np.argsort(cells, kind="stable")
-    hit: BoolArray = _pierced(vertices, faces, low, high, cells[order], owners[order], _PLANE_SHARE * size)
+    among = np.ones(len(faces), dtype=bool) if among is None else among
+    tolerance = _PLANE_SHARE * size
+    hit: BoolArray = _pierced(vertices, faces, low, high, cells[order], owners[order], among, tolerance)
     return hit
 
 
@@ -54,7 +57,7 @@ def _entries(first, last, shape, total):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _pierced(vertices, faces, low, high, cells, owners, tolerance):  # type: ignore[no-untyped-def]
+def _pierced(vertices, faces, low, high, cells, owners, among, tolerance):  # type: ignore[no-untyped-def]
     hit = np.zeros(len(faces), np.bool_)
     start = 0
     while start < len(cells):
@@ -65,7 +68,7 @@ def _pierced(vertices, faces, low, high, cells, owners, tolerance):  # type: ign
             a = owners[p]
             for q in range(p + 1, end):
                 b = owners[q]
-                if hit[a] and hit[b]:
+                if (hit[a] and hit[b]) or not (among[a] or among[b]):
                     continue
                 apart = False
                 for k in range(3):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from pathlib import Path
 
@@ -10,13 +9,12 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
+from graspbench.geometry.gltf_limits import check_glb
+from graspbench.geometry.ply_format import read_ply
+from graspbench.geometry.refusals import MAX_FILE_BYTES, MAX_TRIANGLES, broken, too_many_triangles
 from graspbench.geometry.text_formats import read_text_mesh
 
 FORMATS = ("obj", "stl", "ply", "glb", "off")
-
-MAX_FILE_BYTES = 400_000_000
-MAX_TRIANGLES = 3_000_000
-"""More than any scan of a graspable object needs; reading stays below 2 GB of memory."""
 
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -53,8 +51,19 @@ def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
         remedy = "make a surface of the points before" if len(vertices) else "export a triangle mesh"
         raise MeshError(f"{file.name} holds {what}", remedy=remedy, kind="empty", path=str(path))
     if len(faces) > MAX_TRIANGLES:
-        raise _too_many(file, len(faces))
+        raise too_many_triangles(file, len(faces))
     return vertices, faces
+
+
+def companions(path: Path) -> tuple[Path, ...]:
+    """Return the files beside a mesh file that it is read with: the buffers that a binary glTF names.
+
+    Raises:
+        MeshError: It names what is no plain file beside it, or is broken.
+    """
+    if path.suffix.lower() != ".glb" or not path.is_file():
+        return ()
+    return check_glb(path)
 
 
 def _check_file(file: Path, path: str | Path) -> str:
@@ -102,13 +111,9 @@ def _parse(file: Path, suffix: str) -> tuple[FloatArray, IntArray]:
         return _read_binary_stl(file, head)
     if suffix in ("stl", "obj", "off"):
         return read_text_mesh(file, suffix, MAX_TRIANGLES)
-    if (announced := _announced_length(file, suffix, head)) > 3 * MAX_TRIANGLES:
-        raise MeshError(
-            f"{file.name} announces an array of {announced}, more than the {3 * MAX_TRIANGLES} that are read",
-            remedy="simplify the mesh before, or copy it again if it is not so large",
-            kind="too_large",
-            path=str(file),
-        )
+    if suffix == "ply":
+        return read_ply(file)
+    check_glb(file)
     return _read_scene(file, suffix)
 
 
@@ -130,14 +135,9 @@ def _read_binary_stl(file: Path, head: bytes) -> tuple[FloatArray, IntArray]:
     count = _stl_count(head) if len(head) >= 84 else 0
     if len(head) < 84 or count > (size - 84) // 50:
         there = max(0, (size - 84) // 50)
-        raise MeshError(
-            f"{file.name} cannot be read as .stl (it is cut off or no STL: {there} of {count} triangles)",
-            remedy="copy or export it again",
-            kind="broken",
-            path=str(file),
-        )
+        raise broken(file, "stl", f"it is cut off or no STL: {there} of {count} triangles")
     if count > MAX_TRIANGLES:
-        raise _too_many(file, count)
+        raise too_many_triangles(file, count)
     triangles = np.fromfile(file, dtype=_STL_TRIANGLE, count=count, offset=84)
     vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
@@ -156,57 +156,11 @@ def _read_scene(file: Path, suffix: str) -> tuple[FloatArray, IntArray]:
     except OSError:
         raise
     except (Exception, RecursionError):  # a parser may raise anything on a broken file
-        raise MeshError(
-            f"{file.name} cannot be read as .{suffix} (it is cut off or broken)",
-            remedy="copy it again, or export it as triangles",
-            kind="broken",
-            path=str(file),
-        ) from None
+        raise broken(file, suffix) from None
     for corners, triangles in zip(vertices, faces, strict=True):
         if triangles.size and (triangles.min() < 0 or triangles.max() >= len(corners)):
-            raise MeshError(
-                f"{file.name} has triangles with corners that do not exist",
-                remedy="copy or export it again",
-                kind="broken",
-                path=str(file),
-            )
+            raise broken(file, suffix, "a triangle has a corner that does not exist")
     if not pieces:
         return np.zeros((points, 3)), np.zeros((0, 3), dtype=np.int64)
     offsets = np.cumsum([0, *[len(corners) for corners in vertices]])
     return np.concatenate(vertices), np.concatenate([f + o for f, o in zip(faces, offsets[:-1], strict=True)])
-
-
-def _announced_length(file: Path, suffix: str, head: bytes) -> int:
-    """Return the longest array that a header announces, 0 when it does not say."""
-    if suffix == "glb":
-        return _largest_accessor(file)
-    rows = (line.split() for line in head.split(b"end_header")[0].split(b"\n"))
-    return max(
-        (int(row[2]) for row in rows if row[:1] == [b"element"] and len(row) == 3 and row[2].isdigit()),
-        default=0,
-    )
-
-
-def _largest_accessor(file: Path) -> int:
-    """Return the longest array that a binary glTF announces: sparse ones may be of any length."""
-    with file.open("rb") as stream:
-        header = stream.read(20)
-        if len(header) < 20 or header[:4] != b"glTF":
-            return 0
-        length = struct.unpack_from("<I", header, 12)[0]
-        text = stream.read(min(length, MAX_FILE_BYTES))
-    try:
-        accessors = json.loads(text)["accessors"]
-        return max(int(accessor["count"]) for accessor in accessors)
-    except (ValueError, KeyError, TypeError, RecursionError):  # the parser will say what is wrong
-        return 0
-
-
-def _too_many(file: Path, count: int) -> MeshError:
-    return MeshError(
-        f"{file.name} has {count} triangles, more than the {MAX_TRIANGLES} that are read",
-        remedy="simplify the mesh before",
-        kind="too_large",
-        path=str(file),
-        triangles=count,
-    )

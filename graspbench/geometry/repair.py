@@ -6,25 +6,38 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.convex_union import manifold_arrays, to_manifold
-from graspbench.geometry.handles import cut_open, is_spurious, thinnest_loop
-from graspbench.geometry.inspection import MeshReport, counted, inspect
+from graspbench.geometry.handles import cut_spurious_handles
+from graspbench.geometry.inspection import MeshReport, counted, inspect, with_intersections
+from graspbench.geometry.intersections import self_intersections
 from graspbench.geometry.mesh import signed_volume
 
 _RIVAL_SHARE = 0.25
 """A second body of this share of the first one's volume is no stray piece: which one is meant?"""
 
+_STRAY_SHARE = 0.02
+"""A piece of more than this share of the body's volume is not dropped without a warning."""
+
 _TOLERATED_SHARE = 0.01
 """Self-intersections in this share of the triangles are wrinkles of a scan, and harm nothing."""
+
+_SMOOTHED_SHARE = 0.005
+"""A vertex moves at most so far, as share of the size, where wrinkles are smoothed."""
+
+_MAX_SMOOTHINGS = 3
 
 _WIDE_SHARE = 0.3
 """A hole of this share of the body's size is no gap of a scan: what closes it is a guess."""
 
 _MAX_PIECES = 2000
+
+_MAX_ROUNDS = 20
+"""Times that spurious handles are looked for; a surface that has more of them then is beyond repair."""
 
 _BEYOND_REPAIR = "remesh it in a modelling program, since the repair could not put it right"
 
@@ -45,17 +58,19 @@ def repair(
     if np.any(lost := broken[faces].any(axis=1)):
         done.append(f"{counted(int(lost.sum()), 'triangle')} dropped whose corners are not finite")
         vertices, faces = np.where(broken[:, None], 0.0, vertices), faces[~lost]
-    vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
+    vertices, faces, report = inspect(vertices, faces, name, trusted=True)
     done += report.repairs
     beyond = [problem for problem in report.problems if not problem.repairable]
-    if beyond and {problem.kind for problem in beyond} != {"genus"}:
+    if beyond:
         raise replace(report, problems=tuple(beyond)).error()
     warnings: list[str] = []
     if not report.usable:
         solids = _closed_bodies(vertices, faces, name, done, warnings)
-        vertices, faces = _one_body(solids, name, done)
+        vertices, faces = _one_body(solids, name, done, warnings)
         vertices, faces = _without_spurious_handles(vertices, faces, name, done)
-        vertices, faces, report = inspect(vertices, faces, name, trusted=trusted)
+        vertices, faces, report = inspect(vertices, faces, name, trusted=True)
+    if report.usable and not trusted:
+        vertices, report = _smoothed(vertices, faces, report)
     report = tolerate_wrinkles(
         replace(
             report,
@@ -66,6 +81,51 @@ def repair(
     if not report.usable:
         raise report.error()
     return vertices, faces, report
+
+
+def _smoothed(vertices: FloatArray, faces: IntArray, report: MeshReport) -> tuple[FloatArray, MeshReport]:
+    """Look for self-intersections, and smooth what can be smoothed of them."""
+    if not (before := self_intersections(vertices, faces)).any():
+        return vertices, report
+    smooth, left = smooth_wrinkles(vertices, faces, before)
+    after = inspect(smooth, faces, report.name, trusted=True)[2]
+    if not after.usable or left == before.sum():
+        return vertices, with_intersections(report, int(before.sum()))
+    done = f"wrinkles of {before.sum() - left} triangles were smoothed"
+    return smooth, with_intersections(replace(after, repairs=(*report.repairs, done)), left)
+
+
+def smooth_wrinkles(vertices: FloatArray, faces: IntArray, pierced: BoolArray) -> tuple[FloatArray, int]:
+    """Move the corners of triangles that pierce each other towards their neighbours, as long as that helps.
+
+    Args:
+        vertices: Shape (n, 3).
+        faces: One closed surface, shape (m, 3).
+        pierced: Which triangles pierce each other, shape (m,).
+
+    Returns:
+        The vertices, no one farther from its place than a share of the size, and how many triangles are left
+        that pierce others.
+    """
+    low, high = topology.find_edges(faces, len(vertices)).ends.T
+    ones = np.ones(2 * len(low))
+    links = csr_array((ones, (np.append(low, high), np.append(high, low))), shape=(len(vertices),) * 2)
+    reach = _SMOOTHED_SHARE * float(np.ptp(vertices, axis=0).max())
+    best = vertices
+    for _ in range(_MAX_SMOOTHINGS):
+        corners = np.unique(faces[pierced])
+        if len(corners) == 0:
+            break
+        around = links[corners] @ best / links[corners].sum(axis=1)[:, None]
+        moved = best.copy()
+        moved[corners] = vertices[corners] + np.clip(
+            0.5 * (best[corners] + around) - vertices[corners], -reach, reach
+        )
+        touched = np.any(np.isin(faces, corners), axis=1)
+        if (left := self_intersections(moved, faces, touched)).sum() >= pierced.sum():
+            break
+        best, pierced = moved, left
+    return best, int(pierced.sum())
 
 
 def tolerate_wrinkles(report: MeshReport) -> MeshReport:
@@ -92,8 +152,15 @@ def _closed_bodies(
     oriented = topology.orient(faces, edges)
     faces = faces if oriented is None else oriented[0]
     edges = topology.find_edges(faces, len(vertices))
+    if np.any(edges.count > 2) and len(kept := topology.without_flaps(faces)) < len(faces):
+        done.append(f"{len(faces) - len(kept)} triangles were dropped that lay back to back")
+        faces = kept
+        edges = topology.find_edges(faces, len(vertices))
     if np.any(edges.count > 2):
         done.append("walls that met in one edge were taken apart")
+        edges = topology.part_at_edges(vertices, faces, edges)
+        vertices, faces, _ = topology.split_fans(vertices, faces, edges)
+        edges = topology.find_edges(faces, len(vertices))
     body = topology.bodies(faces, edges, only_pairs=True)
     if (pieces := int(body.max()) + 1) > _MAX_PIECES:
         raise MeshError(f"{name} is in {pieces} pieces", remedy="export one closed surface", kind="bodies")
@@ -129,14 +196,24 @@ def _without_spurious_handles(
 ) -> tuple[FloatArray, IntArray]:
     """Cut handles and fill tunnels of one closed body that are too thin to be meant."""
     vertices, faces, report = inspect(vertices, faces, name, trusted=True)
-    for _ in range(report.genus or 0):
-        loop, girth = thinnest_loop(vertices, faces)
-        if not is_spurious(girth, vertices):
+    cut: list[float] = []
+    for _ in range(min(report.genus or 0, _MAX_ROUNDS)):
+        vertices, faces, lengths = cut_spurious_handles(vertices, faces)
+        if not lengths:
             break
-        vertices, faces = cut_open(vertices, faces, loop)
         vertices, faces, _, _ = _close_holes(vertices, faces)
-        done.append(f"a spurious handle was cut, {1e3 * girth:.1f} mm around")
+        cut += lengths
+        if len(cut) >= (report.genus or 0):
+            break
+    if cut:
+        girths = _span_mm(cut)
+        done.append(f"{counted(len(cut), 'spurious handle')} cut, {girths} around")
     return vertices, faces
+
+
+def _span_mm(lengths: list[float]) -> str:
+    low, high = f"{1e3 * min(lengths):.1f}", f"{1e3 * max(lengths):.1f}"
+    return f"{low} mm" if low == high else f"{low} to {high} mm"
 
 
 def _size(solid: Any) -> float:
@@ -192,7 +269,9 @@ def _simple_loops(start: IntArray, end: IntArray) -> list[IntArray]:
     return loops
 
 
-def _one_body(solids: list[Any], name: str, done: list[str]) -> tuple[FloatArray, IntArray]:
+def _one_body(
+    solids: list[Any], name: str, done: list[str], warnings: list[str]
+) -> tuple[FloatArray, IntArray]:
     import manifold3d
 
     if not solids:
@@ -217,4 +296,6 @@ def _one_body(solids: list[Any], name: str, done: list[str]) -> tuple[FloatArray
             )
         dropped = counted(len(bodies) - 1, "stray piece")
         done.append(f"{dropped} dropped, the largest {100 * share:.2g} % of the body")
+        if share > _STRAY_SHARE:
+            warnings.append(f"the piece of {100 * share:.2g} % may be a part that is meant, so compare")
     return manifold_arrays(bodies[0])

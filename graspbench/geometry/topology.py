@@ -4,7 +4,7 @@ All functions take plain arrays and are linear in the number of triangles, so th
 of triangles costs seconds and bounded memory.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -68,6 +68,17 @@ def without_backs(faces: IntArray) -> IntArray:
     return faces[kept] if 2 * int(kept.sum()) == len(faces) else faces
 
 
+def without_flaps(faces: IntArray) -> IntArray:
+    """Drop both of two triangles that are each other's reverse: they enclose nothing."""
+    order = np.lexsort(np.sort(faces, axis=1).T)
+    corners = np.sort(faces, axis=1)[order]
+    alike = np.all(corners[1:] == corners[:-1], axis=1)
+    first = order[:-1][alike]  # equal triangles come once: two of these corners are of two directions
+    kept = np.ones(len(faces), dtype=bool)
+    kept[first] = kept[order[1:][alike]] = False
+    return faces[kept]
+
+
 def without_unused(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     """Drop the vertices that no triangle uses."""
     used = np.zeros(len(vertices), dtype=bool)
@@ -94,6 +105,46 @@ def find_edges(faces: IntArray, vertex_count: int) -> Edges:
         forward[pairs[:, 0]] == forward[pairs[:, 1]],
         np.stack([keys // vertex_count, keys % vertex_count], axis=1).astype(np.int64),
     )
+
+
+def part_at_edges(vertices: FloatArray, faces: IntArray, edges: Edges) -> Edges:
+    """Return edges whose pairs include those of the triangles that enclose one wedge of solid each.
+
+    Where an even number of triangles meets in one edge, bodies touch there, or one touches itself. Around the
+    edge solid and void take turns, and the two triangles at the ends of a solid wedge belong together. Edges
+    where they do not take turns are left alone.
+    """
+    flat_of_side = edges.of_side.ravel()
+    members = np.flatnonzero((edges.count[flat_of_side] > 2) & (edges.count[flat_of_side] % 2 == 0))
+    members = members[np.argsort(flat_of_side[members], kind="stable")]
+    pairs = []
+    for sides in np.split(members, np.flatnonzero(np.diff(flat_of_side[members])) + 1):
+        if len(sides):
+            pairs += _wedges(vertices, faces, edges.ends[flat_of_side[sides[0]]], sides)
+    if not pairs:
+        return edges
+    return replace(
+        edges,
+        pairs=np.concatenate([edges.pairs, np.array(pairs, dtype=np.int64)]),
+        same_way=np.concatenate([edges.same_way, np.zeros(len(pairs), dtype=bool)]),
+    )
+
+
+def _wedges(vertices: FloatArray, faces: IntArray, ends: IntArray, sides: IntArray) -> list[tuple[int, int]]:
+    start, apex = faces[sides // 3, sides % 3], faces[sides // 3, (sides + 2) % 3]
+    along = vertices[ends[1]] - vertices[ends[0]]
+    along /= max(float(np.linalg.norm(along)), 1e-300)
+    away = vertices[apex] - vertices[ends[0]]
+    away = away - np.outer(away @ along, along)
+    across = np.cross(along, away[0])
+    order = np.argsort(np.arctan2(away @ across, away @ away[0]), kind="stable")
+    forward = (start == ends[0])[order]
+    if not np.all(forward != np.roll(forward, 1)):
+        return []
+    # Seen along the edge, the inside begins behind a backward triangle and ends at the forward one after it.
+    first = int(np.argmin(forward))
+    around = [int(side) for side in np.roll(sides[order], -first)]
+    return list(zip(around[::2], around[1::2], strict=True))
 
 
 def bodies(faces: IntArray, edges: Edges, *, only_pairs: bool = False) -> IntArray:

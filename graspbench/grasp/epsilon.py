@@ -30,7 +30,7 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
 from graspbench.grasp.epsilon_of_sum import smallest_support_of_sum
-from graspbench.grasp.free_directions import remove_direction
+from graspbench.grasp.free_directions import remove_directions
 from graspbench.grasp.polygon import least_on_polygon
 
 FaceTable = tuple[IntArray, IntArray]
@@ -158,7 +158,7 @@ def smallest_support_one(
     dims = np.empty(len(free), np.int64)
     dims[0] = size
     face = np.empty(n_f, np.int64)
-    part = np.empty(size)
+    part, rows = np.empty(size), np.empty((size, size))
     cuts = np.empty((3, n_f * n_v))
     polygons = np.empty((2, 2 * n_f * n_v + 8, 3))
     ray = np.zeros(size)
@@ -172,7 +172,11 @@ def smallest_support_one(
             if face[level] >= start[shares[s, level] + 1]:
                 level -= 1
                 continue
-            if not _reduce(free, dims, level, moved, corners[face[level]], n_v, shares[s, level], part):
+            share = shares[s, level]
+            for r in range(share):
+                for b in range(size):
+                    rows[r, b] = moved[b, level * n_v + corners[face[level], r]]
+            if not remove_directions(free, dims, level, rows, share, part, _INDEPENDENT):
                 continue
             if level + 1 < n_f:
                 level += 1
@@ -214,32 +218,6 @@ def _corner_columns(
 
 
 @inner
-def _reduce(
-    free: FloatArray,
-    dims: IntArray,
-    level: int,
-    columns: FloatArray,
-    face: IntArray,
-    n_v: int,
-    share: int,
-    part: FloatArray,
-) -> bool:
-    """Remove a face's corners from the free directions of a level, by one reflection each."""
-    size = free.shape[2]
-    k = dims[level]
-    basis = free[level + 1]
-    for a in range(k):
-        for b in range(size):
-            basis[a, b] = free[level, a, b]
-    for r in range(share):
-        if not remove_direction(basis, k, columns[:, level * n_v + face[r]], part, _INDEPENDENT):
-            return False
-        k -= 1
-    dims[level + 1] = k
-    return True
-
-
-@inner
 def _support(columns: FloatArray, ray: FloatArray) -> float:
     """Return the support in the direction of a ray."""
     d = len(ray) - 1
@@ -258,18 +236,18 @@ def _support(columns: FloatArray, ray: FloatArray) -> float:
 def _settle(free: FloatArray, dims: IntArray, columns: FloatArray, part: FloatArray, ray: FloatArray) -> None:
     """Move the ray of a displaced facet to the true one, which has the same corners."""
     level: Any = np.int64(0)
-    corner = np.empty(1, np.int64)
+    row = np.empty((1, len(ray)))
     length = 0.0
     for b in range(len(ray) - 1):
         length += ray[b] ** 2
     length = np.sqrt(length)
     for j in range(columns.shape[1]):
-        corner[0] = j
         height = 0.0
         for b in range(len(ray)):
+            row[0, b] = columns[b, j]
             height += ray[b] * columns[b, j]
         on_facet = height >= -_ON_FACET * length and level < len(ray) - 1
-        if on_facet and _reduce(free, dims, level, columns, corner, 0, 1, part):
+        if on_facet and remove_directions(free, dims, level, row, 1, part, _INDEPENDENT):
             level += 1
     for a in range(dims[level]):
         part[a] = 0.0

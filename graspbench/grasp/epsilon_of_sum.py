@@ -16,7 +16,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.grasp.contact import ContactPolytope
-from graspbench.grasp.free_directions import remove_direction
+from graspbench.grasp.free_directions import remove_directions
 
 _INDEPENDENT = 1e-26  # squared share of a row off the span of others below which it is rounding
 
@@ -83,7 +83,7 @@ def _smallest_support(
     dims = np.empty(n_f + 1, np.int64)
     dims[0] = size
     face = np.empty(n_f, np.int64)
-    normal = np.empty(size)
+    normal, part, rows = np.empty(size), np.empty(size), np.empty((size, size))
     best = np.inf
     for s in range(shares.shape[0]):
         level: Any = np.int64(0)  # typed at once, or all below is compiled for a literal first
@@ -94,8 +94,11 @@ def _smallest_support(
             if face[level] >= start[share + 1] or (share == 0 and face[level] > start[0]):
                 level -= 1
                 continue
-            independent = _reduce(free, dims, level, points, corners, face[level], share)
-            if not independent:
+            for r in range(share):
+                for b in range(size):
+                    tip, foot = corners[face[level], r + 1], corners[face[level], 0]
+                    rows[r, b] = points[level, tip, b] - points[level, foot, b]
+            if not remove_directions(free, dims, level, rows, share, part, _INDEPENDENT):
                 continue
             if level + 1 < n_f:
                 level += 1
@@ -113,35 +116,6 @@ def _smallest_support(
             if best <= stop_at:
                 return float(best)
     return float(best) if best < np.inf else 0.0
-
-
-@inner
-def _reduce(
-    free: FloatArray,
-    dims: IntArray,
-    level: int,
-    points: FloatArray,
-    corners: IntArray,
-    face: int,
-    share: int,
-) -> bool:
-    """Remove a face's rows from the free directions of a level, by one reflection a row."""
-    size = free.shape[2]
-    k = dims[level]
-    basis = free[level + 1]
-    for a in range(k):
-        for b in range(size):
-            free[level + 1, a, b] = free[level, a, b]
-    row = np.empty(size)
-    part = np.empty(size)
-    for r in range(share):
-        for b in range(size):
-            row[b] = points[level, corners[face, r + 1], b] - points[level, corners[face, 0], b]
-        if not remove_direction(basis, k, row, part, _INDEPENDENT):
-            return False
-        k -= 1
-    dims[level + 1] = k
-    return True
 
 
 @inner

@@ -1,8 +1,8 @@
-"""What is left of a space when directions are taken out of it, one by one."""
+"""What is left of a space when directions are taken out of it, one by one, level by level."""
 
 import numpy as np
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
 
 
@@ -48,4 +48,42 @@ def remove_direction(
         value *= scale
         for a in range(k - 1):
             basis[a, b] -= value * part[a]
+    return True
+
+
+@inner
+def remove_directions(
+    free: FloatArray,
+    dims: IntArray,
+    level: int,
+    directions: FloatArray,
+    count: int,
+    part: FloatArray,
+    independent: float,
+) -> bool:
+    """Take directions out of what is left at a level, and write what is left then to the next level.
+
+    Args:
+        free: Orthonormal rows of each level, shape (n_levels, n, n).
+        dims: How many rows are left at each level, shape (n_levels,).
+        level: Where to start from.
+        directions: What to take out, shape (>= count, n).
+        count: How many.
+        part: Work space, shape (n,).
+        independent: See `remove_direction`.
+
+    Returns:
+        Whether each of them was within what was left; if not, the next level is of no use.
+    """
+    size = free.shape[2]
+    k = dims[level]
+    basis = free[level + 1]
+    for a in range(k):
+        for b in range(size):
+            basis[a, b] = free[level, a, b]
+    for r in range(count):
+        if not remove_direction(basis, k, directions[r], part, independent):
+            return False
+        k -= 1
+    dims[level + 1] = k
     return True

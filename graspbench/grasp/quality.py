@@ -14,6 +14,22 @@ from graspbench.grasp.wrench import WrenchSpace, auto_torque_length, grasp_matri
 
 Norm: TypeAlias = Literal["l1", "linf"]
 
+THESIS_MEASURES = ("q1", "q2", "q3")
+"""The fields of `GraspQuality`, in the order of thesis table 3.1."""
+
+
+_CONTACT_WORDS = {
+    "frictionless": "frictionless points",
+    "hard_finger": "hard fingers",
+    "soft_finger": "soft fingers",
+}
+_SPACE_WORDS = {
+    "spatial": "forces and moments in space",
+    "spatial_force": "forces in space, moments neglected",
+    "planar": "forces in the grasp's plane and the moment about its normal",
+    "planar_force": "forces in the grasp's plane, moments and transversal forces neglected",
+}
+
 
 @dataclass(frozen=True)
 class QualityParameters:
@@ -48,6 +64,27 @@ class QualityParameters:
             raise ConfigurationError(
                 f"quality.torque_length is {self.torque_length}", remedy="give a positive one"
             )
+
+    def describe(self) -> str:
+        """Say in one clause what Q1 to Q3 are of: contact, friction, space, torque length, norm."""
+        contact = _CONTACT_WORDS[self.contact]
+        if self.contact != "frictionless":
+            contact += f" (friction {self.friction:g}, {self.cone_edges} cone edges"
+            if self.contact == "soft_finger":
+                contact += f", torsional friction {self.torsional_friction:g} torque lengths"
+            contact += ")"
+        words = [contact, _SPACE_WORDS[self.wrench_space]]
+        if not self.wrench_space.endswith("_force"):
+            length = (
+                "the largest distance of the surface from its centroid"
+                if self.torque_length == "auto"
+                else f"{1e3 * self.torque_length:g} mm"
+            )
+            words.append(f"moments over {length}")
+        words.append(
+            "Q3 for a bounded sum of finger forces" if self.norm == "l1" else "Q3 for bounded finger forces"
+        )
+        return ", ".join(words)
 
     def polytope(self) -> ContactPolytope:
         """Return the linearised unit friction cone."""

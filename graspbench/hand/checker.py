@@ -1,5 +1,8 @@
 """Can this hand hold its fingertips at these contacts? The constraint of every grasp planner."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 import trimesh
 
@@ -9,10 +12,30 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import Margins
 from graspbench.hand.penetration import DEPTH_M, balls_sink
 from graspbench.hand.posture import HandPosture
-from graspbench.hand.posture_search import COLD_STARTS, Attempt, PostureSearch, surroundings_of
+from graspbench.hand.posture_search import (
+    COLD_STARTS,
+    TIP_TOLERANCE_M,
+    Attempt,
+    PostureSearch,
+    surroundings_of,
+)
 from graspbench.hand.reach import pair_limit
 from graspbench.hand.task import Task
 from graspbench.hand.verification import verify_posture
+
+
+class HeldContacts(NamedTuple):
+    """Contacts that a hand holds.
+
+    Attributes:
+        points: Shape (m, 3), m.
+        normals: Outward unit normals, shape (m, 3).
+        posture: The hand.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    posture: HandPosture
 
 
 class GraspChecker:
@@ -79,6 +102,51 @@ class GraspChecker:
                 return near.posture
         attempt = self._anywhere(task)
         return attempt.posture if attempt.failed == 0 else None
+
+    def place_patiently(
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts], *, anywhere: bool = True
+    ) -> HandPosture | None:
+        """Look longer than ``place`` for a posture whose fingertips touch the contacts, or None.
+
+        Postures that hold similar contacts are moved over, at once and then step by step; then come many
+        more starts. That none is found still proves nothing; see ``excludes``.
+
+        Args:
+            points: Contact points in the world, shape (m, 3).
+            normals: Outward unit normals, shape (m, 3).
+            near: What is held nearby, contacts in the same order.
+            anywhere: Whether to try the further starts too.
+        """
+        task = self._task(points, normals)
+        if not np.all(self.vertex_mask(task.points, task.normals)):
+            return None
+        for held in near:
+            found = self._search.near(task, self._surroundings, held.posture)
+            found = found or self._search.follow(
+                task, self._surroundings, held.posture, (held.points, held.normals)
+            )
+            if found is not None:
+                return found.posture
+        if not anywhere:
+            return None
+        attempt = self._search.anywhere(task, self._surroundings, patient=True)
+        return attempt.posture if attempt.failed == 0 else None
+
+    def excludes(self, points: FloatArray, normals: FloatArray) -> bool:
+        """Tell whether it is proved that no posture holds the contacts; True is certain, False says nothing.
+
+        The conditions are necessary ones: each contact by itself (see ``vertex_mask``), each pair of contacts
+        neither too far apart for any two fingers nor so near that two fingertips would overlap.
+        """
+        task = self._task(points, normals)
+        if not np.all(self.vertex_mask(task.points, task.normals)):
+            return True
+        gaps = np.linalg.norm(task.points[:, None] - task.points[None, :], axis=2)
+        if gaps.max() > self.pair_limit_m:
+            return True
+        apart = np.linalg.norm(task.targets[:, None] - task.targets[None, :], axis=2)
+        apart[np.diag_indices(len(apart))] = np.inf
+        return bool(apart.min() < 2.0 * self.hand.tip_radius_m + self.margins.hand_m - 2.0 * TIP_TOLERANCE_M)
 
     def verify(
         self,

@@ -15,7 +15,7 @@ from graspbench.hand.parameters import Margins
 from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink, triangles_of
 from graspbench.hand.placement import improve
 from graspbench.hand.posture import HandPosture
-from graspbench.hand.starts import approach_directions, rank_starts
+from graspbench.hand.starts import CHOICES, approach_directions, rank_starts
 from graspbench.hand.task import HEIGHT, Task, make_system
 
 COLD_STARTS = 12
@@ -25,6 +25,12 @@ TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
 JOINT_BUFFER = 1.5  # the optimisation keeps this many times the margin to joint limits
+PATIENT_STARTS, PATIENT_CHOICES = 240, 6
+"""Starts of a patient search, and choices of fingers that each direction is tried with."""
+
+FOLLOW_STEPS = 6
+"""Steps in which a posture is moved from contacts to others when one step fails."""
+
 IN_VAIN, NEAR_COST = 4, 5.0  # starts after which a search ends when none has come as near as that
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
 COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
@@ -106,15 +112,22 @@ class PostureSearch:
         self._tips = hand.tip_positions(hand.preferred)
         self._system = make_system(hand.chains, hand.shapes)
 
-    def anywhere(self, task: Task, surroundings: Surroundings) -> Attempt:
-        """Try several starts: the first posture comfortable enough, or the most comfortable of a few."""
+    def anywhere(self, task: Task, surroundings: Surroundings, *, patient: bool = False) -> Attempt:
+        """Try several starts: the first posture comfortable enough, or the most comfortable of a few.
+
+        Args:
+            task: What to reach and what to avoid.
+            surroundings: The object.
+            patient: Try many more directions and choices of fingers, and do not give up early.
+        """
         poses, fingers = rank_starts(
-            approach_directions(task.points, task.normals, self._grounded),
+            approach_directions(task.points, task.normals, self._grounded, dense=patient),
             task.targets,
             self._choices(len(task.points)),
             self._tips,
             task.limits[HEIGHT],
-            self._starts,
+            PATIENT_STARTS if patient else self._starts,
+            PATIENT_CHOICES if patient else CHOICES,
         )
         preferred = self._hand.chains.limits[:, :, PREFERRED]
         tried: list[Attempt] = []
@@ -127,7 +140,7 @@ class PostureSearch:
             feasible = [attempt.comfort for attempt in tried if attempt.failed == 0]
             if len(feasible) == ENOUGH or max(feasible, default=0.0) >= GOOD_ENOUGH:
                 break
-            if len(tried) == IN_VAIN and min(attempt.cost for attempt in tried) > NEAR_COST:
+            if not patient and len(tried) == IN_VAIN and min(attempt.cost for attempt in tried) > NEAR_COST:
                 break
         return max(tried, key=lambda attempt: (attempt.failed == 0, attempt.comfort))
 
@@ -139,6 +152,33 @@ class PostureSearch:
         joints = self._hand.by_finger(start.joints)
         attempt = self._attempt(task, surroundings, fingers, pose, joints, cold=False)
         return attempt if attempt.failed == 0 else None
+
+    def follow(
+        self,
+        task: Task,
+        surroundings: Surroundings,
+        start: HandPosture,
+        before: tuple[FloatArray, FloatArray],
+    ) -> Attempt | None:
+        """Move a posture step by step from its own contacts to these; None when that fails.
+
+        Args:
+            task: What to reach and what to avoid.
+            surroundings: The object.
+            start: A posture.
+            before: The contacts and normals that it holds, in the order of the task's, shape (m, 3) each.
+        """
+        pose, fingers = np.array(start.transform_palm_to_world[:3]), np.array(start.fingers)
+        joints = self._hand.by_finger(start.joints)
+        attempt: Attempt | None = None
+        for share in np.linspace(0.0, 1.0, FOLLOW_STEPS + 1)[1:]:
+            points = before[0] + share * (task.points - before[0])
+            normals = before[1] + share * (task.normals - before[1])
+            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+            targets = points + self._hand.tip_radius_m * normals
+            between = task if share == 1.0 else task._replace(targets=targets, points=points, normals=normals)
+            attempt = self._attempt(between, surroundings, fingers, pose, joints, cold=False)
+        return attempt if attempt is not None and attempt.failed == 0 else None
 
     def _choices(self, m: int) -> IntArray:
         """Return the fingers each contact may be given, one row a choice."""

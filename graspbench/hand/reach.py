@@ -20,7 +20,7 @@ def pair_limit(hand: HandModel) -> float:
     the reach behind them, so the bound holds for every posture.
     """
     chains, n = hand.chains, hand.n_fingers
-    directions = _sphere_directions(DIRECTIONS)
+    directions = even_directions(DIRECTIONS)
     near, far, slack = [], [], []
     for f in range(n):
         k = int(chains.counts[f])
@@ -61,7 +61,8 @@ def _reach(hand: HandModel, f: int, joint: int) -> float:
     return float(lengths.sum() + np.linalg.norm(chains.tips[f]))
 
 
-def _sphere_directions(count: int) -> FloatArray:
+def even_directions(count: int) -> FloatArray:
+    """Return unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
     i = np.arange(count)
     z = 1 - 2 * (i + 0.5) / count
     angle = i * np.pi * (3 - np.sqrt(5))

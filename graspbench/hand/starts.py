@@ -5,13 +5,21 @@ from functools import lru_cache
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray, cross
+from graspbench.hand.reach import even_directions
 
 TILTS_DEG = (30.0, 60.0, 85.0)
 BELOW_COST = 0.15**2
 PALM_ROOM_M = 0.02
+CHOICES = 2
+"""Choices of fingers that each direction is tried with, so that the kept starts differ."""
+
+DENSE = 80
+"""Evenly spread directions of a patient search."""
 
 
-def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool) -> FloatArray:
+def approach_directions(
+    points: FloatArray, normals: FloatArray, grounded: bool, *, dense: bool = False
+) -> FloatArray:
     """List approach directions worth trying.
 
     Both normals of the contacts' plane; down; against the mean outward normal; tilted from above to the
@@ -21,6 +29,7 @@ def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool)
         points: Contact points, shape (m, 3).
         normals: Outward unit normals, shape (m, 3).
         grounded: Whether there is a ground.
+        dense: Add evenly spread directions.
 
     Returns:
         Unit vectors, shape (d, 3).
@@ -39,6 +48,8 @@ def approach_directions(points: FloatArray, normals: FloatArray, grounded: bool)
         own.append(-mean / length)
     tilted = _tilted_directions()
     found = np.concatenate((own, tilted if grounded else np.vstack((tilted, [0.0, 0.0, 1.0]))))
+    if dense:
+        found = np.concatenate((found, even_directions(DENSE)))
     if grounded:
         found = found[found[:, 2] <= 0.35]
     alike = (found @ found.T > 0.985).tolist()
@@ -64,6 +75,7 @@ def rank_starts(
     tips: FloatArray,
     height: float,
     count: int,
+    choices: int = CHOICES,
 ) -> tuple[FloatArray, IntArray]:
     """Fit the tips of the preferred posture to their targets along every direction; keep the best fits.
 
@@ -76,6 +88,7 @@ def rank_starts(
         tips: Tip centres of the preferred posture, palm frame, shape (f, 3).
         height: Height of the ground; -inf for none. A palm near it is a last resort.
         count: How many starts to keep.
+        choices: Choices of fingers to try along each direction.
 
     Returns:
         Poses of the palm frame, best first, shape (s, 3, 4), and fingers of the contacts, shape (s, m).
@@ -104,8 +117,7 @@ def rank_starts(
     rotations = axes[:, None] @ turn
     origins = centre - np.einsum("daij,aj->dai", rotations, middle)
     cost = cost + BELOW_COST * (origins[..., 2] < height + PALM_ROOM_M)
-    # At most two choices of fingers a direction, so that the kept starts differ.
-    best = np.argsort(cost, axis=1, kind="stable")[:, :2]
+    best = np.argsort(cost, axis=1, kind="stable")[:, :choices]
     rows = np.repeat(np.arange(len(directions)), best.shape[1])
     order = np.argsort(cost[rows, best.ravel()], kind="stable")[:count]
     d, a = rows[order], best.ravel()[order]

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange
     from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
     from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
+    from graspbench.manipulation.kinematic_tree import KinematicTree, planar_tree, tree_from_pinocchio
     from graspbench.manipulation.loop import ClikHistory, simulate
     from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
     from graspbench.manipulation.manipulation_result import ManipulationResult
     from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
-    from graspbench.manipulation.task import TASKS, Task, TaskValue, build_tasks
-    from graspbench.manipulation.tree import KinematicTree, planar_tree, tree_from_pinocchio
+    from graspbench.manipulation.secondary_task import TASKS, SecondaryTask, TaskValue, build_tasks
 
 _HOMES = {
     "CaseStudyParameters": "case_study",
@@ -41,30 +41,30 @@ _HOMES = {
     "ForceDistribution": "forces",
     "ForceParameters": "forces",
     "GraspClass": "classification",
-    "KinematicTree": "tree",
+    "KinematicTree": "kinematic_tree",
     "ManipulationResult": "manipulation_result",
     "ManipulationSystem": "contact_kinematics",
     "MotionParameters": "motion",
     "PriorityChange": "clik",
     "State": "contact_kinematics",
-    "TASKS": "task",
-    "Task": "task",
-    "TaskValue": "task",
+    "TASKS": "secondary_task",
+    "SecondaryTask": "secondary_task",
+    "TaskValue": "secondary_task",
     "Trajectory": "motion",
-    "build_tasks": "task",
+    "build_tasks": "secondary_task",
     "classify": "classification",
     "cylinder": "charts",
     "ellipsoid": "charts",
     "manipulate_object": "manipulate",
     "mesh_patch": "charts",
     "object_motion": "motion",
-    "planar_tree": "tree",
+    "planar_tree": "kinematic_tree",
     "plane": "charts",
     "revolution": "charts",
     "run_case_study": "case_study",
     "simulate": "loop",
     "sphere": "charts",
-    "tree_from_pinocchio": "tree",
+    "tree_from_pinocchio": "kinematic_tree",
 }
 
 __all__ = [
@@ -86,8 +86,8 @@ __all__ = [
     "ManipulationSystem",
     "MotionParameters",
     "PriorityChange",
+    "SecondaryTask",
     "State",
-    "Task",
     "TaskValue",
     "Trajectory",
     "build_tasks",

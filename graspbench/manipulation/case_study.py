@@ -19,10 +19,10 @@ from graspbench.manipulation.classification import GraspClass, classify
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
 from graspbench.manipulation.forces import is_force_closure
+from graspbench.manipulation.kinematic_tree import planar_tree
 from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.motion import Segment, Trajectory, arc, line, reverse
-from graspbench.manipulation.task import build_tasks
-from graspbench.manipulation.tree import planar_tree
+from graspbench.manipulation.secondary_task import build_tasks
 
 ARM_JOINT = 2
 """Index of the thesis' joint 3, the last of gripper A's arm."""

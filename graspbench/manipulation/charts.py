@@ -14,17 +14,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError, ManipulationError
-from graspbench.manipulation.chart_kernels import (
-    CYLINDER,
-    ELLIPSOID,
-    HEADER,
-    PATCH,
-    PLANE,
-    REVOLUTION,
-    SPHERE,
-    chart_derivatives,
-    gauss_frame,
-)
+from graspbench.manipulation.compiled.chart_formulas import HEADER, ChartKind, chart_derivatives, gauss_frame
 
 
 class ChartPoint(NamedTuple):
@@ -48,14 +38,14 @@ class Chart:
     """A chart, as numbers that compiled code can read.
 
     Attributes:
-        kind: Which formula of `chart_kernels`.
+        kind: Its formula.
         parameters: Rotation (9) and origin (3) of the chart in the object frame, then the formula's
             own numbers; shape (n,).
         domain: [[u_min, u_max], [v_min, v_max]], shape (2, 2): where the chart may be used.
         name: Kind of surface, for messages.
     """
 
-    kind: int
+    kind: ChartKind
     parameters: FloatArray
     domain: FloatArray = field(default_factory=lambda: np.array([[-1e3, 1e3], [-1e3, 1e3]]))
     name: str = "plane"
@@ -63,7 +53,7 @@ class Chart:
     def __call__(self, xi: Sequence[float] | FloatArray) -> ChartPoint:
         """Return point, tangents, Gauss frame and C at ``xi`` = (u, v)."""
         derivatives, frame, spin = np.empty((6, 3)), np.empty((3, 3)), np.empty((3, 2))
-        chart_derivatives(self.kind, self.parameters, float(xi[0]), float(xi[1]), derivatives)
+        chart_derivatives(int(self.kind), self.parameters, float(xi[0]), float(xi[1]), derivatives)
         gauss_frame(derivatives, frame, spin)
         return ChartPoint(derivatives[0].copy(), derivatives[1:3].T.copy(), frame, spin)
 
@@ -104,7 +94,7 @@ def plane(
 ) -> Chart:
     """Return the plane c = (u, v, 0), normal z, of the frame (rotation, origin)."""
     box = np.array([[-half_size_m, half_size_m]] * 2)
-    return _chart(PLANE, rotation, origin, [], box, "plane")
+    return _chart(ChartKind.PLANE, rotation, origin, [], box, "plane")
 
 
 def sphere(radius_m: float, *, towards: FloatArray | None = None, origin: FloatArray | None = None) -> Chart:
@@ -114,7 +104,7 @@ def sphere(radius_m: float, *, towards: FloatArray | None = None, origin: FloatA
     """
     _positive(radius_m)
     rotation = None if towards is None else _frame_x(towards)
-    return _chart(SPHERE, rotation, origin, [radius_m], _sphere_box(), "sphere")
+    return _chart(ChartKind.SPHERE, rotation, origin, [radius_m], _sphere_box(), "sphere")
 
 
 def cylinder(
@@ -123,7 +113,7 @@ def cylinder(
     """Return the cylinder about z of the given frame, by angle u (rad) and height v (m)."""
     _positive(radius_m)
     box = np.array([[-np.pi, np.pi], [-1e3, 1e3]])
-    return _chart(CYLINDER, rotation, origin, [radius_m], box, "cylinder")
+    return _chart(ChartKind.CYLINDER, rotation, origin, [radius_m], box, "cylinder")
 
 
 def ellipsoid(
@@ -147,12 +137,12 @@ def ellipsoid(
     _positive(*axes)
     base = np.eye(3) if rotation is None else np.asarray(rotation, dtype=np.float64)
     if np.ptp(axes) < 1e-4 * axes.max():
-        return _chart(SPHERE, base, origin, [float(axes.mean())], _sphere_box(), "sphere")
+        return _chart(ChartKind.SPHERE, base, origin, [float(axes.mean())], _sphere_box(), "sphere")
     order = np.argsort(-axes, kind="stable")
     columns = base[:, order]
     if np.linalg.det(columns) < 0.0:
         columns[:, 2] *= -1.0
-    return _chart(ELLIPSOID, columns, origin, list(axes[order]), _sphere_box(), "ellipsoid")
+    return _chart(ChartKind.ELLIPSOID, columns, origin, list(axes[order]), _sphere_box(), "ellipsoid")
 
 
 def revolution(
@@ -183,7 +173,7 @@ def revolution(
     spline = CubicSpline(knots, np.column_stack([radii, heights]))
     numbers = [float(radii.size - 1), *spline.c.transpose(1, 0, 2).reshape(-1)]
     box = np.array([[-np.pi, np.pi], [0.0, 1.0]])
-    return _chart(REVOLUTION, rotation, origin, numbers, box, "revolution")
+    return _chart(ChartKind.REVOLUTION, rotation, origin, numbers, box, "revolution")
 
 
 def mesh_patch(
@@ -224,11 +214,11 @@ def mesh_patch(
     degree = np.array([1, 1, 2, 2, 2, 3, 3, 3, 3])
     coefficients = fit * radius_m / radius_m**degree
     box = np.array([[-radius_m, radius_m]] * 2)
-    return _chart(PATCH, rotation, centre, list(coefficients), box, "mesh patch")
+    return _chart(ChartKind.PATCH, rotation, centre, list(coefficients), box, "mesh patch")
 
 
 def _chart(
-    kind: int,
+    kind: ChartKind,
     rotation: FloatArray | None,
     origin: FloatArray | None,
     numbers: Sequence[float],

@@ -62,7 +62,7 @@ def classify(state: State) -> GraspClass:
     # Motions of the variables that keep all chains closed, whatever the object does.
     closed_rank = int(np.linalg.matrix_rank(everything[:, :n], tol=RANK_TOLERANCE)) if len(everything) else 0
     motions = np.zeros((len(locked), 6))
-    motions[:, system.arrays.components] = locked[:, n - n_q :]
+    motions[:, system.arrays.twist_components] = locked[:, n - n_q :]
     contact_motions = np.hstack([np.zeros((len(locked), n_q)), locked[:, : n - n_q]])
     fingers = []
     for i in range(system.n_contacts):

@@ -9,13 +9,13 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError
+from graspbench.manipulation.compiled.control_step import Stage, control_step
+from graspbench.manipulation.compiled.step_records import LawArrays
+from graspbench.manipulation.compiled.task_rows import smooth_step
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
-from graspbench.manipulation.law_arrays import law_arrays, new_law_memory
-from graspbench.manipulation.law_kernels import FROM_STATE, FROM_TASKS, FROM_VELOCITY, control_step
-from graspbench.manipulation.motion import PoseSample
+from graspbench.manipulation.pose_sample import PoseSample
 from graspbench.manipulation.qp import HierarchicalQP, QpParameters
-from graspbench.manipulation.task import Task
-from graspbench.manipulation.task_kernels import smooth_step
+from graspbench.manipulation.secondary_task import SecondaryTask
 from graspbench.manipulation.task_set import TaskSet
 
 Reference = Callable[[float], PoseSample]
@@ -98,18 +98,21 @@ class Clik:
         system: ManipulationSystem,
         reference: Reference,
         parameters: ClikParameters,
-        tasks: Mapping[str, Task] | None = None,
+        tasks: Mapping[str, SecondaryTask] | None = None,
     ) -> None:
         _check(system, parameters)
         self.system, self.reference, self.parameters = system, reference, parameters
         self.tasks = dict(tasks or {})
         self.state = State(system)
-        self._memory = new_law_memory(system.n_contacts, system.rows, system.n_variables)
-        law = law_arrays(self._memory, system.memory.indices)
-        law.transpose[0] = parameters.method == "transpose"
-        law.gain[:3], law.gain[3:] = parameters.gain, parameters.rotation_gain
-        law.damping[:] = parameters.singular_threshold, parameters.largest_damping
-        law.scale[:] = _scale(system, parameters)
+        free = system.n_variables - system.rows * system.n_contacts
+        self._law = law = LawArrays(
+            sizes={**system.sizes, "free": free},
+            transpose=parameters.method == "transpose",
+            singular_threshold=parameters.singular_threshold,
+            largest_damping=parameters.largest_damping,
+            gain=np.repeat([parameters.gain, parameters.rotation_gain], 3),
+            scale=_scale(system, parameters),
+        )
         self.scale, self.errors, self.wanted = law.scale, law.errors, law.wanted
         self.contact_rates, self._velocity = law.contact_rates, law.velocity
         self.smallest_singular_value = np.nan
@@ -124,7 +127,7 @@ class Clik:
     @property
     def activations(self) -> FloatArray:
         """Largest activation of each task, shape (n_tasks,)."""
-        return self._task_set.arrays.activations
+        return self._task_set.table.activations
 
     def velocity(self, time_s: float, joints: FloatArray, contacts: FloatArray) -> FloatArray:
         """Return z' at a time and configuration, shape (n_variables,)."""
@@ -138,11 +141,11 @@ class Clik:
         Raises:
             ManipulationError: A ball joint is at its singularity, or the QP has no solution.
         """
-        state, stage = self.state, FROM_STATE
+        state, stage = self.state, Stage.STATE
         if self._task_set.in_python:
             state.update(joints, contacts)
             self._task_set.evaluate_in_python(state, time_s)
-            stage = FROM_TASKS
+            stage = Stage.TASKS
         else:
             state.joints[:] = joints
             state.contact_variables[:] = contacts
@@ -150,13 +153,9 @@ class Clik:
         velocity = self._solve(time_s, desired, after, stage)
         if share < 1.0:  # both velocities do the main task, and so does every mixture of them
             rates = self.contact_rates.copy()
-            velocity = share * velocity + (1.0 - share) * self._solve(time_s, desired, before, FROM_VELOCITY)
+            velocity = share * velocity + (1.0 - share) * self._solve(time_s, desired, before, Stage.VELOCITY)
             self.contact_rates[:] = share * rates + (1.0 - share) * self.contact_rates
         return velocity
-
-    def task_jacobians(self, time_s: float) -> list[FloatArray]:
-        """Return the Jacobian of every active task's rows in the order that holds at a time."""
-        return self._task_set.jacobians(self._order(time_s)[1])
 
     def _order(self, time_s: float) -> tuple[IntArray, IntArray, float]:
         """Return the order before and after the last change, and the share of the latter."""
@@ -168,18 +167,16 @@ class Clik:
         share = smooth_step((time_s - self._orders[last][0]) / self.parameters.transition_s)
         return self._orders[last - 1][1], self._orders[last][1], share
 
-    def _solve(self, time_s: float, desired: PoseSample, order: IntArray, stage: int) -> FloatArray:
+    def _solve(self, time_s: float, desired: PoseSample, order: IntArray, stage: Stage) -> FloatArray:
         self.smallest_singular_value = control_step(
-            *self.system.memory,
-            self.state.memory,
-            self._memory,
-            *self._task_set.memory,
+            self.system.arrays.block,
+            self.state.block,
+            self._law.block,
+            self._task_set.table.block,
             order,
-            desired.position,
-            desired.rotation,
-            desired.twist,
+            desired,
             time_s,
-            stage,
+            int(stage),
         )
         if self.smallest_singular_value < 0.0:
             self.state.refuse_singularity()

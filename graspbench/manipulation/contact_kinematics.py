@@ -9,17 +9,11 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation.charts import Chart
-from graspbench.manipulation.law_kernels import update_state
-from graspbench.manipulation.packing import finger_groups, joint_turns
-from graspbench.manipulation.rotations import EULER_GUARD, euler_angles
-from graspbench.manipulation.state_arrays import (
-    SystemArrays,
-    new_state_memory,
-    pack_system,
-    state_arrays,
-    system_arrays,
-)
-from graspbench.manipulation.tree import KinematicTree
+from graspbench.manipulation.compiled.control_step import update_state
+from graspbench.manipulation.compiled.finger_groups import finger_groups, joint_turns
+from graspbench.manipulation.compiled.rotations import EULER_GUARD, euler_angles
+from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays
+from graspbench.manipulation.kinematic_tree import KinematicTree
 
 ContactType: TypeAlias = Literal["frictionless", "hard", "soft", "rolling"]
 
@@ -68,8 +62,8 @@ class ManipulationSystem:
         n_variables: Length of z.
         rows: Components of a twist that count, 3 or 6.
         planar: As given.
-        memory: What compiled code reads.
-        arrays: The arrays in it.
+        arrays: What compiled code reads.
+        sizes: The named sizes of a state's arrays.
     """
 
     def __init__(self, tree: KinematicTree, contacts: Sequence[Contact], *, planar: bool = False) -> None:
@@ -93,27 +87,30 @@ class ManipulationSystem:
         parameters = np.zeros((self.n_contacts, max(c.chart.parameters.size for c in contacts)))
         for i, contact in enumerate(contacts):
             parameters[i, : contact.chart.parameters.size] = contact.chart.parameters
-        groups = finger_groups(tree.paths(), xi, theta, self.rows, self.n_variables)
-        packed = SystemArrays(
-            joint_turns(tree),
-            tree.placement_translations,
-            tree.axes,
-            tree.tip_rotations,
-            tree.tip_translations,
-            np.array([c.tip_radius_m for c in contacts]),
-            parameters,
-            tree.parents,
-            tree.tip_joints,
-            tree.paths(),
-            np.array([c.chart.kind for c in contacts], dtype=np.int64),
-            np.array([c.kind == "rolling" for c in contacts], dtype=np.int64),
-            xi,
-            theta,
-            components,
-            *groups,
+        self.arrays = SystemArrays(
+            joint_turns=joint_turns(tree),
+            placement_translations=tree.placement_translations,
+            axes=tree.axes,
+            tip_rotations=tree.tip_rotations,
+            tip_translations=tree.tip_translations,
+            tip_radii=[c.tip_radius_m for c in contacts],
+            chart_parameters=parameters,
+            parents=tree.parents,
+            tip_joints=tree.tip_joints,
+            paths=tree.paths(),
+            chart_kinds=[c.chart.kind for c in contacts],
+            rolling=[c.kind == "rolling" for c in contacts],
+            xi_columns=xi,
+            theta_columns=theta,
+            twist_components=components,
+            **finger_groups(tree.paths(), xi, theta, self.rows, self.n_variables)._asdict(),
         )
-        self.memory = pack_system(packed, self.n_variables)
-        self.arrays = system_arrays(*self.memory)
+        self.sizes = {
+            "joints": self.n_joints,
+            "contacts": self.n_contacts,
+            "variables": self.n_variables,
+            "stacked_rows": self.rows * self.n_contacts,
+        }
 
     @property
     def xi_columns(self) -> IntArray:
@@ -179,37 +176,18 @@ class ManipulationSystem:
         return ManipulationSystem(tree, self.contacts, planar=self.planar), variables
 
 
-class State:
+class State(StateArrays):
     """The system at one configuration; updated in place, because a control loop asks for many.
 
-    The attributes are those of `state_arrays.StateArrays`, and:
+    The attributes are those of `StateArrays`, and:
 
     Attributes:
         system: The system.
-        joints: q, shape (n_q,).
-        contact_variables: [xi; theta] of each contact, shape (n_c, 5).
     """
 
     def __init__(self, system: ManipulationSystem) -> None:
         self.system = system
-        self.memory = new_state_memory(system.memory)
-        self.arrays = state_arrays(self.memory, system.memory.indices)
-        self.joints = self.arrays.joints
-        self.contact_variables = self.arrays.contact_variables
-        self.tip_positions = self.arrays.tip_positions
-        self.tip_rotations = self.arrays.tip_rotations
-        self.tip_jacobians = self.arrays.tip_jacobians
-        self.joint_origins = self.arrays.joint_origins
-        self.joint_axes = self.arrays.joint_axes
-        self.surface_points = self.arrays.surface_points
-        self.surface_tangents = self.arrays.surface_tangents
-        self.surface_normals = self.arrays.surface_normals
-        self.surface_spins = self.arrays.surface_spins
-        self.object_positions = self.arrays.object_positions
-        self.object_rotations = self.arrays.object_rotations
-        self.levers = self.arrays.levers
-        self.xi_jacobians = self.arrays.xi_jacobians
-        self.jacobian = self.arrays.jacobian
+        super().__init__(sizes=system.sizes)
 
     def update(self, joints: FloatArray, contact_variables: FloatArray) -> None:
         """Move to a configuration.
@@ -219,7 +197,7 @@ class State:
         """
         self.joints[:] = joints
         self.contact_variables[:] = contact_variables
-        if update_state(*self.system.memory, self.memory) < EULER_GUARD:
+        if update_state(self.system.arrays.block, self.block) < EULER_GUARD:
             self.refuse_singularity()
 
     def refuse_singularity(self) -> None:
@@ -240,23 +218,8 @@ class State:
         x, y, z = self.levers[contact]
         full = np.eye(6)
         full[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        keep = self.system.arrays.components
+        keep = self.system.arrays.twist_components
         return full[np.ix_(keep, keep)]
-
-    def finger_jacobian(self, contact: int) -> FloatArray:
-        """Return J_i of (4.1) over all joints, shape (rows, n_q)."""
-        rows = self.system.rows
-        return self.jacobian[rows * contact : rows * (contact + 1), : self.system.n_joints]
-
-    def contact_jacobian(self, contact: int) -> FloatArray:
-        """Return J_eta_i of (4.9), shape (rows, free contact variables of i)."""
-        rows = self.system.rows
-        block = self.jacobian[rows * contact : rows * (contact + 1)]
-        return block[:, contact_columns(self.system, contact)]
-
-    def object_pose(self) -> tuple[FloatArray, FloatArray]:
-        """Return the object's mean position over the fingers, and finger 0's orientation of it."""
-        return self.object_positions.mean(axis=0), self.object_rotations[0].copy()
 
     def rates(self, velocity: FloatArray) -> FloatArray:
         """Return the rates of all contact variables, shape (n_c, 5), for z', shape (n,)."""

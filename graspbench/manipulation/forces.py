@@ -70,7 +70,7 @@ def contact_wrenches(state: State, frictions: Sequence[float], edges: int = 8) -
                 -normal + friction * (np.cos(a) * tangents[:, 0] + np.sin(a) * tangents[:, 1]) for a in angles
             ]
         wrenches += [np.concatenate([force, np.cross(lever, force)]) for force in directions]
-    return np.asarray(wrenches)[:, system.arrays.components]
+    return np.asarray(wrenches)[:, system.arrays.twist_components]
 
 
 def contact_frame(state: State, contact: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -142,8 +142,8 @@ class ForceDistribution:
                 full[span] = row
                 cones.append(full)
                 highs.append(high)
-        grasp = np.array(columns).T[system.arrays.components]
-        x = self._solve(grasp, load[system.arrays.components], np.array(cones), np.array(highs))
+        grasp = np.array(columns).T[system.arrays.twist_components]
+        x = self._solve(grasp, load[system.arrays.twist_components], np.array(cones), np.array(highs))
         return _collect(state, frames, spans, x, p)
 
     def _cone(self, kind: str, size: int, planar: bool) -> list[tuple[FloatArray, float]]:

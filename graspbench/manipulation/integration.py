@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 from graspbench.arrays import FloatArray
-from graspbench.manipulation.motion import PoseSample
+from graspbench.manipulation.pose_sample import PoseSample
 
 if TYPE_CHECKING:
     from graspbench.manipulation.clik import Clik

@@ -16,11 +16,11 @@ from graspbench.manipulation.classification import GraspClass, classify
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ContactType, ManipulationSystem
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters
+from graspbench.manipulation.kinematic_tree import KinematicTree, tree_from_pinocchio
 from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
-from graspbench.manipulation.task import build_tasks
-from graspbench.manipulation.tree import KinematicTree, tree_from_pinocchio
+from graspbench.manipulation.secondary_task import build_tasks
 from graspbench.reconstruction.surface import Surface
 
 _UNKNOWN_MASS_KG = 0.1

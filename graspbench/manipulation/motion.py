@@ -11,24 +11,11 @@ from pydantic import Field
 from graspbench.arrays import FloatArray
 from graspbench.compiled import compiled
 from graspbench.errors import ConfigurationError
-from graspbench.manipulation.memory import shared
-from graspbench.manipulation.rotations import turn
-
-
-class PoseSample(NamedTuple):
-    """Where the object shall be.
-
-    Attributes:
-        position: Shape (3,), m, base frame.
-        rotation: Shape (3, 3).
-        twist: [v; omega] of the object's origin, shape (6,), base frame.
-        acceleration: Linear and angular acceleration, shape (6,).
-    """
-
-    position: FloatArray
-    rotation: FloatArray
-    twist: FloatArray
-    acceleration: FloatArray
+from graspbench.manipulation.compiled.record import Record
+from graspbench.manipulation.compiled.record_type import opener
+from graspbench.manipulation.compiled.rotations import turn
+from graspbench.manipulation.compiled.shared import shared
+from graspbench.manipulation.pose_sample import PoseSample
 
 
 class Path(NamedTuple):
@@ -68,6 +55,27 @@ class Segment:
     rotation_vector: FloatArray
 
 
+class SegmentArrays(Record):
+    """A trajectory's segments, one after another; fields as in `Segment` and `Path`.
+
+    Attributes:
+        starts_s: When each begins, its pause included.
+        start_rotations: Orientation there.
+    """
+
+    starts_s: Annotated[FloatArray, "segments"]
+    pauses_s: Annotated[FloatArray, "segments"]
+    durations_s: Annotated[FloatArray, "segments"]
+    origins: Annotated[FloatArray, "segments", 3]
+    alongs: Annotated[FloatArray, "segments", 3]
+    cosines: Annotated[FloatArray, "segments", 3]
+    sines: Annotated[FloatArray, "segments", 3]
+    starts_rad: Annotated[FloatArray, "segments"]
+    angles_rad: Annotated[FloatArray, "segments"]
+    rotation_vectors: Annotated[FloatArray, "segments", 3]
+    start_rotations: Annotated[FloatArray, "segments", 3, 3]
+
+
 class Trajectory:
     """Segments one after another, starting from a given orientation.
 
@@ -80,51 +88,65 @@ class Trajectory:
         if not segments:
             raise ConfigurationError("a trajectory needs a segment")
         self.segments = tuple(segments)
-        rows, start_s, start = [], 0.0, np.array(rotation, dtype=np.float64, order="C")
+        rotations = [np.array(rotation, dtype=np.float64, order="C")]
         for segment in segments:
-            path, turning = segment.path, np.asarray(segment.rotation_vector, dtype=np.float64)
-            times = [start_s, segment.pause_s, segment.duration_s, path.start_rad, path.angle_rad]
-            rows.append(np.concatenate([times, *path[:4], turning, start.ravel()]))
-            start_s += segment.pause_s + segment.duration_s
-            start = turn(turning, 1.0, start)
-        self.duration_s = start_s
-        self._table = np.array(rows)
+            vector = np.asarray(segment.rotation_vector, dtype=np.float64)
+            rotations.append(turn(vector, 1.0, rotations[-1]))
+        ends_s = np.cumsum([0.0, *(segment.pause_s + segment.duration_s for segment in segments)])
+        self.duration_s = float(ends_s[-1])
+        self._arrays = SegmentArrays(
+            starts_s=ends_s[:-1],
+            pauses_s=[segment.pause_s for segment in segments],
+            durations_s=[segment.duration_s for segment in segments],
+            origins=[segment.path.origin for segment in segments],
+            alongs=[segment.path.along for segment in segments],
+            cosines=[segment.path.cosine for segment in segments],
+            sines=[segment.path.sine for segment in segments],
+            starts_rad=[segment.path.start_rad for segment in segments],
+            angles_rad=[segment.path.angle_rad for segment in segments],
+            rotation_vectors=[segment.rotation_vector for segment in segments],
+            start_rotations=rotations[:-1],
+        )
 
     def __call__(self, time_s: float) -> PoseSample:
         """Return the pose and twist at a time; before 0 and after the end the object rests."""
         position, rotation = np.empty(3), np.empty((3, 3))
         twist, acceleration = np.empty(6), np.empty(6)
-        _sample(self._table, time_s, position, rotation, twist, acceleration)
+        _sample(self._arrays.block, time_s, position, rotation, twist, acceleration)
         return PoseSample(position, rotation, twist, acceleration)
+
+
+_open_segments = opener(SegmentArrays)
 
 
 @compiled
 def _sample(
-    table: FloatArray,
+    segments_block: FloatArray,
     time_s: float,
     position: FloatArray,
     rotation: FloatArray,
     twist: FloatArray,
     acceleration: FloatArray,
 ) -> None:
-    """Write the pose, twist and acceleration at a time; a row of ``table`` is a segment."""
-    k = len(table) - 1
-    while k > 0 and table[k, 0] > time_s:
+    """Write the pose, twist and acceleration at a time."""
+    segments = _open_segments(segments_block)
+    k = len(segments.starts_s) - 1
+    while k > 0 and segments.starts_s[k] > time_s:
         k -= 1
-    row = table[k]
-    duration, start_rad, angle_rad = row[2], row[3], row[4]
-    s, rate, second = quintic((time_s - row[0] - row[1]) / duration)
+    duration, start_rad, angle_rad = segments.durations_s[k], segments.starts_rad[k], segments.angles_rad[k]
+    s, rate, second = quintic((time_s - segments.starts_s[k] - segments.pauses_s[k]) / duration)
     rate, second = rate / duration, second / duration**2
     cosine, sine = math.cos(start_rad + s * angle_rad), math.sin(start_rad + s * angle_rad)
     for a in range(3):
-        origin, along, c, d, turning = row[5 + a], row[8 + a], row[11 + a], row[14 + a], row[17 + a]
+        origin, along = segments.origins[k, a], segments.alongs[k, a]
+        c, d, turning = segments.cosines[k, a], segments.sines[k, a], segments.rotation_vectors[k, a]
         slope = along + angle_rad * (cosine * d - sine * c)
         bend = -(angle_rad**2) * (cosine * c + sine * d)
         position[a] = origin + s * along + cosine * c + sine * d
         twist[a], twist[3 + a] = slope * rate, turning * rate
         acceleration[a] = bend * rate**2 + slope * second
         acceleration[3 + a] = turning * second
-    rotation[:] = turn(row[17:20], s, row[20:29].reshape((3, 3)))
+    rotation[:] = turn(segments.rotation_vectors[k], s, segments.start_rotations[k])
 
 
 @shared

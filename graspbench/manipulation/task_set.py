@@ -5,11 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.manipulation.compiled.step_records import TaskArrays, TaskTable
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
-from graspbench.manipulation.law_arrays import TaskArrays, task_arrays
-from graspbench.manipulation.task import CompiledTask, PackedTask, Task, pack_tasks
-
-_FIRST_ROOM = 4
+from graspbench.manipulation.secondary_task import CompiledTask, SecondaryTask
 
 
 class TaskSet:
@@ -24,51 +22,47 @@ class TaskSet:
 
     Attributes:
         names: Of the tasks.
-        memory: What compiled code reads and writes.
-        arrays: The arrays in it.
+        table: What compiled code knows of them; it holds the addresses of their arrays.
         in_python: Tasks whose rows compiled code cannot write, by their number.
     """
 
-    def __init__(self, tasks: Mapping[str, Task], system: ManipulationSystem) -> None:
+    def __init__(self, tasks: Mapping[str, SecondaryTask], system: ManipulationSystem) -> None:
         self.names = tuple(tasks)
-        self._tasks, self._n_variables = tuple(tasks.values()), system.n_variables
-        self.in_python = {t: task for t, task in enumerate(self._tasks) if not isinstance(task, CompiledTask)}
-        self._packed = [
-            task.packed(system) if isinstance(task, CompiledTask) else PackedTask((), (), _FIRST_ROOM)
-            for task in self._tasks
-        ]
-        self._lay_out()
+        self._system = system
+        self.in_python = {
+            t: task for t, task in enumerate(tasks.values()) if not isinstance(task, CompiledTask)
+        }
+        compiled = [task if isinstance(task, CompiledTask) else None for task in tasks.values()]
+        self.table = TaskTable(
+            kernels=[task.KERNEL.address if task else 0 for task in compiled],
+            separate=[task is not None and task.SEPARATE_ROWS for task in compiled],
+            blocks=np.zeros(len(compiled)),
+        )
+        self._arrays: list[TaskArrays] = []
+        for t, (given, task) in enumerate(zip(tasks.values(), compiled, strict=True)):
+            self._arrays.append(task.arrays(system) if task else self._room(given, 0))
+            self.table.blocks[t] = self._arrays[t].address
 
     def evaluate_in_python(self, state: State, time_s: float) -> None:
         """Write the rows of the tasks that compiled code cannot evaluate."""
-        values = {
-            t: task.evaluate(state) if task.presence(time_s) > 0.0 else None
-            for t, task in self.in_python.items()
-        }
-        for t, value in values.items():
+        for t, task in self.in_python.items():
+            value = task.evaluate(state) if task.presence(time_s) > 0.0 else None
             rows = 0 if value is None else len(value.error)
-            if rows > self._packed[t].rows:
-                self._packed[t] = PackedTask((), (), rows)
-                self._lay_out()
-        for t, value in values.items():
-            first, rows = int(self.arrays.table[t, 3]), 0
-            if value is not None:
-                rows = len(value.error)
-                own = slice(first, first + rows)
-                self.arrays.figures[own, 1], self.arrays.figures[own, 2] = value.error, value.activation
-                self.arrays.jacobian[own] = value.jacobian
-                self.arrays.separate[t] = np.ndim(value.activation) > 0
-            self.arrays.counts[t] = rows
+            self.table.counts[t] = rows
+            if value is None:
+                continue
+            if rows > len(self._arrays[t].errors):
+                self._arrays[t] = self._room(task, rows)
+                self.table.blocks[t] = self._arrays[t].address
+            arrays = self._arrays[t]
+            arrays.values[:rows], arrays.errors[:rows] = value.value, value.error
+            arrays.activations[:rows], arrays.jacobian[:rows] = value.activation, value.jacobian
+            self.table.separate[t] = np.ndim(value.activation) > 0
 
     def jacobians(self, order: Sequence[int] | IntArray) -> list[FloatArray]:
         """Return the Jacobian of every active task's rows, first priority first."""
-        blocks = []
-        for t in order:
-            first, count = int(self.arrays.table[t, 3]), int(self.arrays.counts[t])
-            if count > 0:
-                blocks.append(self.arrays.jacobian[first : first + count])
-        return blocks
+        counts = self.table.counts
+        return [self._arrays[t].jacobian[: counts[t]] for t in order if counts[t] > 0]
 
-    def _lay_out(self) -> None:
-        self.memory = pack_tasks(self._tasks, self._packed, self._n_variables)
-        self.arrays: TaskArrays = task_arrays(*self.memory)
+    def _room(self, task: SecondaryTask, rows: int) -> TaskArrays:
+        return task.new_arrays(TaskArrays, rows, self._system.n_variables, {})

@@ -158,22 +158,19 @@ def _forces(config: TrialConfig, trial: PlannedTrial) -> tuple[FieldForces, Barr
 
 
 def _write_tables(rows: list[dict[str, Any]], output: Path) -> list[Path]:
-    from graspbench.report.row_tables import Column, row_tables  # loads pandas
+    from graspbench.report.tables import Column, Table, write_tables
 
     columns = (
-        Column("object", "object", "object"),
-        Column("fingers", "fingers", "fingers"),
-        Column("k_cm", "k_cm", "$k_{cm}$", 0),
-        Column("equilateral_error_deg", "equilateral error, deg", r"equilateral error [$^\circ$]", 2),
-        Column("plane_offset_mm", "plane to centroid, mm", "plane to centroid [mm]", 2),
-        Column("area_cm2", "polygon, cm²", r"polygon [cm$^2$]", 2),
-        Column("q3", "Q3", "$Q_3$", 3),
+        Column("object", "object"),
+        Column("fingers", "fingers", format="d"),
+        Column("k_cm", "k_cm", format="g"),
+        Column("equilateral_error_deg", "equilateral error", "deg", ".2f"),
+        Column("plane_offset_mm", "plane to centroid", "mm", ".2f"),
+        Column("area_cm2", "polygon", "cm²", ".2f"),
+        Column("q3", "Q3", format=".3f"),
     )
     notes = (
         "Equilateral error: the largest deviation of an angle between neighbouring contacts.",
         "Of all local optima the best by the index, unless planner.select is given.",
     )
-    texts = row_tables(rows, columns, _TITLE, notes, _LABEL)
-    for name, text in texts.items():
-        write_atomically(output / name, text)
-    return [output / name for name in texts]
+    return list(write_tables([Table("table", _TITLE, columns, tuple(rows), notes)], output))

@@ -22,7 +22,7 @@ _DEFAULTS = (
     "execution.grip_force_n=0.5",
 )
 _SEEDS = "seed=range(0,5)"
-_FAMILIES = ("folder", "mesh", "random")
+_FAMILIES = ("folder", "mesh", "random", "ycb")
 _OUTCOMES = ("success", "execution.largest_push_weight")
 _TITLE = "Planned grasps in physics: lift, hold and wrist rotation"
 
@@ -109,30 +109,24 @@ def _grid(overrides: Sequence[str], config_dir: Path | None) -> list[str]:
 
 
 def _write(rows: Rows, results: Sequence[TrialResult], folder: Path) -> dict[str, Any]:
-    from graspbench.report.groups import correlation_table, frame_markdown  # loads pandas
-    from graspbench.report.row_tables import Column, row_tables
+    from graspbench.report.correlations import correlation_table  # loads pandas
+    from graspbench.report.tables import Column, Table, write_tables
 
     columns = (
-        Column("object", "object", "object"),
-        Column("planned", "planned", "planned"),
-        Column("held", "held", "held"),
-        Column("rate", "rate", "rate", 2),
-        Column("low", "95 % low", "95 \\% low", 2),
-        Column("high", "95 % high", "95 \\% high", 2),
-        Column("push_weight", "push, weights", "push, weights", 1),
-        Column("reasons", "why not", "why not"),
+        Column("object", "object"),
+        Column("planned", "planned", format="d"),
+        Column("held", "held", format="d"),
+        Column("rate", "rate", format=".2f", interval=("low", "high")),
+        Column("push_weight", "push", "weights", ".1f"),
+        Column("reasons", "why not"),
     )
-    notes = [
-        "planned: the local planner found a grasp that the hand reaches. held: all fingers touched, and the "
-        "object was in the hand after lift, hold and rotation. push: median of the weakest of six directions."
-    ]
-    for name, text in row_tables(rows, columns, _TITLE, notes, "tab:physical").items():
-        write_atomically(folder / name, text)
-    correlations = correlation_table(results_frame(results))
-    correlations = correlations[correlations["outcome"].isin(_OUTCOMES)]
-    title = "Quality against physics: Spearman's rank correlation with 95 % intervals"
-    write_atomically(folder / "correlations.md", frame_markdown(correlations, title))
-    write_atomically(folder / "correlations.csv", correlations.to_csv(index=False, lineterminator="\n"))
-    document = {"rows": rows, "correlations": correlations.to_dict("records")}
+    notes = (
+        "Planned: the local planner found a grasp that the hand reaches. Held: all fingers touched, and the "
+        "object was in the hand after lift, hold and rotation; rate with Wilson's 95 % interval. Push: "
+        "median of the weakest of six directions.",
+    )
+    correlations = correlation_table(results_frame(results), outcomes=_OUTCOMES)
+    write_tables([Table("table", _TITLE, columns, tuple(rows), notes), correlations], folder)
+    document = {"rows": rows, "correlations": list(correlations.records)}
     write_atomically(folder / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
     return document

@@ -22,15 +22,16 @@ from graspbench.trial.planned import reconstructed
 OBJECTS = {"bottle": 4, "teddy": 3, "cylinder": 3, "easter_egg": 3, "glass": 3, "duck": 3}
 """The thesis' two objects first, each with its number of fingers; then the others it names."""
 
-# The local planner keeps the best by Q1, Q2 and Q3 of many starts; nothing is executed or drawn.
+# The multi-start on the finished surface stands beside the parallel planner; nothing is executed or drawn.
 _DEFAULTS = (
-    "planner.select=quality",
+    "planner.restart=true",
     "search.refine=true",
     "execution=off",
     "record=off",
 )
 _SHOWN = (
-    "object", "k_cm", "measure", "ratio", "thesis", "met", "ratio_refined", "gap", "speedup", "distance_mm",
+    "object", "k_cm", "measure", "ratio", "thesis", "met", "ratio_restarted", "ratio_refined", "gap",
+    "speedup", "distance_mm",
 )  # fmt: skip
 
 Rows = list[dict[str, Any]]
@@ -81,8 +82,9 @@ def _write(
     trials: Sequence[SweepTrial], store: ResultStore, folder: Path, say: Say
 ) -> tuple[Rows, dict[str, Any]]:
     """Write tables, plot, and a picture of every cell that falls short."""
-    from graspbench.report.local_global import comparison_rows, comparison_tables, summary  # loads pandas
+    from graspbench.report.local_global import comparison_rows, local_global_table, summary  # loads pandas
     from graspbench.report.local_global_figures import draw_ratios  # loads Matplotlib
+    from graspbench.report.tables import write_tables
 
     rows: Rows = []
     failed = []
@@ -94,9 +96,9 @@ def _write(
         found = comparison_rows(result)
         _explain(trial.config, result, found, folder, say)
         rows += found
-    notes = [_settings(trials[0].config), *failed]
-    for name, text in comparison_tables(rows, notes).items():
-        write_atomically(folder / name, text)
+    models = dict.fromkeys(trial.config.quality.describe() for trial in trials)
+    notes = [_settings(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
+    write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:
         draw_ratios(rows, folder / "ratios.png")
@@ -108,9 +110,19 @@ def _write(
 def _settings(config: TrialConfig) -> str:
     planner, search = config.planner, config.search
     return (
-        f"Planner: {planner.planes} planes of {planner.rotations} rotations, the best by {planner.select}. "
+        f"Planner: {planner.planes} planes of {planner.rotations} first grasps, {planner.followers} of them "
+        f"until the surface rests, the best by {planner.select}. {_model(config)}"
         f"Search: at most {search.time_limit_s:g} s a measure; k_cm > 0: centre of grip within "
         f"{1e3 * search.centre_tolerance_m:g} mm of the centroid, or as far as the local grasp's."
+    )
+
+
+def _model(config: TrialConfig) -> str:
+    q = config.quality
+    friction = "" if q.contact == "frictionless" else f", friction {q.friction:g}"
+    length = q.torque_length if isinstance(q.torque_length, str) else f"{q.torque_length:g} m"
+    return (
+        f"Contact {q.contact}{friction}, wrenches {q.wrench_space}, torque length {length}, norm {q.norm}. "
     )
 
 

@@ -17,7 +17,7 @@ from graspbench.planning.parameters import (
 if TYPE_CHECKING:
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
-    from graspbench.planning.local import LocalPlan, plan_local
+    from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
     from graspbench.planning.refinement import RefinedGrasp, refine
     from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
@@ -44,6 +44,7 @@ __all__ = [
     "make_index",
     "plan_global",
     "plan_local",
+    "plan_restarted",
     "refine",
     "track",
 ]
@@ -60,6 +61,7 @@ _HOMES = {
     "grip_geometry": "grip_plane",
     "plan_global": "global_search",
     "plan_local": "local",
+    "plan_restarted": "local",
     "refine": "refinement",
     "track": "tracking",
 }

@@ -1,8 +1,10 @@
 """What planners ask of a hand; `graspbench.hand.GraspChecker` answers it."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.hand.checker import HeldContacts
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 
@@ -35,6 +37,28 @@ class GraspConstraint(Placer, Protocol):
         Args:
             points: Shape (n, 3), m.
             normals: Outward unit normals, shape (n, 3).
+        """
+        ...
+
+    def place_patiently(
+        self, points: FloatArray, normals: FloatArray, near: Sequence[HeldContacts], *, anywhere: bool = True
+    ) -> HandPosture | None:
+        """Look longer than ``place``.
+
+        Args:
+            points: Contact points in the world, shape (n_f, 3), m.
+            normals: Outward unit normals there, shape (n_f, 3).
+            near: Similar contacts that are held, in the same order; tried first.
+            anywhere: Whether to look elsewhere too.
+        """
+        ...
+
+    def excludes(self, points: FloatArray, normals: FloatArray) -> bool:
+        """Tell whether it is proved that no posture holds the contacts; False says nothing.
+
+        Args:
+            points: Contact points in the world, shape (n_f, 3), m.
+            normals: Outward unit normals there, shape (n_f, 3).
         """
         ...
 

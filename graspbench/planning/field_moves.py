@@ -4,6 +4,7 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.compiled import compiled, inner
+from graspbench.planning.balance import propose_balance
 from graspbench.planning.field import field, mean_radius, potential
 from graspbench.planning.field_subsets import distinct, try_subsets
 
@@ -58,9 +59,14 @@ def climb_field(
     k: FloatArray,
     sigma_f: float,
     thorough: bool,
+    balance: FloatArray,
     path: IntArray,
 ) -> int:
-    """Follow proposals from ``path[0]``, writing every configuration; return the number of moves."""
+    """Follow proposals from ``path[0]``, writing every configuration; return the number of moves.
+
+    With ``balance``, the coefficients of the imbalance, it is that which is lowered; else, where it is empty,
+    the potential.
+    """
     n_f = path.shape[1]
     radius = mean_radius(nodes_points, centroid)
     no_force = np.zeros((n_f, 3))
@@ -77,7 +83,12 @@ def climb_field(
                 if allowed[contour_nodes[first + c]]:
                     moves[i, 1 + c] = contour_nodes[first + c]
         no_barrier = np.zeros((n_f, width))
-        if not propose_moves(
+        if len(balance) > 0:
+            if not propose_balance(
+                nodes_points, nodes_normals, centroid, moves, no_barrier, balance, vertices
+            ):
+                return move
+        elif not propose_moves(
             nodes_points,
             nodes_normals,
             centroid,

@@ -35,15 +35,25 @@ class BarrierParameters:
     ] = 0.006
     strength_n: Annotated[
         float, Field(ge=0, description="Force of each term where it is half-way to the margin")
-    ] = 0.2
+    ] = 0.02
 
 
 @dataclass(frozen=True)
 class PathParameters:
     """How the fingertips get from their via points to the contacts (thesis 3.5)."""
 
+    filter: Annotated[
+        Literal["path", "causal"],
+        Field(
+            description="Spatial filter of the via points: over the whole way that led to the grasp, or a "
+            "low-pass that knows only what came before"
+        ),
+    ] = "path"
+    max_turning_deg: Annotated[
+        float, Field(gt=0, description="path: how far a tip may turn in all on its way to the contact")
+    ] = 90.0
     filter_gain: Annotated[
-        float, Field(gt=0, le=1, description="Gain of the spatial low-pass over the via points; 1: no filter")
+        float, Field(gt=0, le=1, description="causal: gain of the low-pass; 1: no filter")
     ] = 0.5
     tip_speed_m_s: Annotated[float, Field(gt=0, description="Mean speed of the fastest tip on its way")] = (
         0.15
@@ -96,13 +106,26 @@ class PlannerParameters:
         int,
         Field(ge=1, le=11, description="Planes of the first grasp to try when the best grasp is selected"),
     ] = 11
+    followers: Annotated[
+        int,
+        Field(
+            ge=1,
+            description="Grasps that follow the surface until it rests; 1: the thesis' single one",
+        ),
+    ] = 48
+    restart: Annotated[
+        bool, Field(description="Plan by multi-start on the finished surface too (restarted.*)")
+    ] = False
     candidates: Annotated[
         int, Field(ge=1, description="Grasps, the hand included, to choose the best from")
     ] = 4
     select: Annotated[
         Literal["first", "index", "quality"],
-        Field(description="Which grasp to keep: the first that works, the best by the index, or by Q1 Q2 Q3"),
-    ] = "quality"
+        Field(
+            description="Which grasp to keep: what a single follower becomes, or else the first that "
+            "works; the best by the index; or the best by Q1 Q2 Q3"
+        ),
+    ] = "index"
     max_moves: Annotated[
         int, Field(ge=1, description="Moves on one surface after which the planner gives up")
     ] = 500

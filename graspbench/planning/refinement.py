@@ -7,6 +7,7 @@ best of some random grasps that share all but two of its contacts, and climbs fr
 that led to nothing, and stops after a few such jumps in a row. The same input gives the same result.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from time import perf_counter
@@ -14,17 +15,17 @@ from time import perf_counter
 import numpy as np
 
 from graspbench.arrays import IntArray
-from graspbench.errors import PlanningError
-from graspbench.grasp.closure import force_closure
+from graspbench.errors import ConfigurationError, PlanningError
 from graspbench.grasp.configuration import Grasp
-from graspbench.grasp.quality import QualityParameters
-from graspbench.hand.posture import HandPosture
-from graspbench.planning.ascent import Measure
+from graspbench.grasp.quality import THESIS_MEASURES, QualityParameters
 from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.parameters import RefineParameters
+from graspbench.planning.search.climb import PROGRESS, Climber, Place
+from graspbench.planning.search.layout import Layout, lay_out
+from graspbench.planning.search.objectives import make_objective
+from graspbench.planning.search.referee import Referee
+from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.surface import Surface
-
-_PROGRESS = 1.0 + 1e-9  # less than rounding is no progress
 
 
 @dataclass(frozen=True)
@@ -79,153 +80,111 @@ def refine(
         PlanningError: The grasp to start from is not force closure.
     """
     started = perf_counter()
-    climb = _Climb(Measure(measure, surface, quality), checker, centre_tolerance_m, grasp)
-    start_value = climb.here.value
-    climb.to_the_top(parameters or RefineParameters())
-    best = climb.here
-    found = Grasp(
-        best.nodes, surface.points[best.nodes], surface.normals[best.nodes], surface.centroid, best.posture
+    if measure not in THESIS_MEASURES:
+        raise ConfigurationError(
+            f"unknown measure '{measure}'", remedy=f"choose from {', '.join(THESIS_MEASURES)}", name=measure
+        )
+    layout = _lay_out(grasp, surface, quality, checker, centre_tolerance_m)
+    objective, referee = make_objective(layout, measure), Referee(surface, checker, (grasp,))
+    leaves = layout.leaves_of(grasp.vertices)
+    value = -np.inf if leaves is None else float(objective.evaluate(leaves[None], -np.inf)[0])
+    if leaves is None or value == -np.inf:
+        raise PlanningError(
+            "the grasp to refine is not force closure", remedy="start from one that the planner reports"
+        )
+    climber = Climber(layout, objective, referee, follow=True)
+    neighbours = _Neighbours(layout, surface.network)
+    top = _to_the_top(
+        climber, neighbours, Place(leaves, value, grasp), layout, parameters or RefineParameters()
     )
+    assert top.grasp is not None, "every grasp on the way is held"
     return RefinedGrasp(
-        grasp=found,
+        grasp=top.grasp,
         measure=measure,
-        start_value=start_value,
-        value=best.value,
-        steps=best.steps,
-        evaluated=climb.evaluated,
-        placements=climb.placements,
+        start_value=value,
+        value=top.value,
+        steps=top.steps,
+        evaluated=climber.looked_at,
+        placements=referee.placements,
         time_s=perf_counter() - started,
     )
 
 
-@dataclass(frozen=True)
-class _Place:
-    """A grasp on the way.
+def _lay_out(
+    grasp: Grasp,
+    surface: Surface,
+    quality: QualityParameters,
+    checker: GraspConstraint | None,
+    tolerance_m: float | None,
+) -> Layout:
+    usable, limits = np.arange(len(surface.points)), np.array([np.inf, np.inf])
+    if checker is not None:
+        usable = usable[checker.vertex_mask(surface.points, surface.normals)]
+        limits[0] = checker.pair_limit_m
+    if tolerance_m is not None:
+        taken = float(np.linalg.norm(grasp.points.mean(axis=0) - surface.centroid))
+        limits[1] = max(tolerance_m, taken * PROGRESS)
+    length_m = quality.torque_length_m(surface.points, surface.centroid)
+    return lay_out(
+        surface.points, -surface.normals, surface.centroid, quality, length_m, usable,
+        len(grasp.vertices), limits,
+    )  # fmt: skip
 
-    Attributes:
-        nodes: Its contacts, shape (n_f,).
-        value: Its measure.
-        posture: The hand that holds it.
-        steps: Moves that led to it.
-    """
 
-    nodes: IntArray
-    value: float
-    posture: HandPosture | None
-    steps: int
+def _to_the_top(
+    climber: Climber, neighbours: "_Neighbours", place: Place, layout: Layout, parameters: RefineParameters
+) -> Place:
+    """Climb to a summit, and from summit to summit until jumps find no higher one."""
+    random = np.random.default_rng(parameters.seed)
+    here = climber.climb(place, neighbours)
+    failed = 0
+    while failed < parameters.jumps:
+        drawn = _some_pairs(here.leaves, layout.in_order, parameters.draws, random)
+        landed = climber.best(drawn, here.value * parameters.jump_down, here)
+        top = None if landed is None else climber.climb(landed, neighbours)
+        failed += 1
+        if top is not None and top.value > here.value * PROGRESS:
+            here, failed = top, 0
+    return here
 
 
-class _Climb:
-    """A grasp on its way up, the constraints, and what it took."""
+class _Neighbours:
+    """Grasps with one contact anywhere, then those with two on their contours."""
 
-    def __init__(
-        self, measure: Measure, checker: GraspConstraint | None, tolerance_m: float | None, grasp: Grasp
-    ) -> None:
-        self._measure, self._surface, self._checker = measure, measure.surface, checker
-        usable = np.ones(len(self._surface.points), dtype=np.bool_)
-        if checker is not None:
-            usable = checker.vertex_mask(self._surface.points, self._surface.normals)
-        self._usable = usable
-        self._nodes = np.flatnonzero(usable)
-        taken = float(np.linalg.norm(grasp.points.mean(axis=0) - self._surface.centroid))
-        self._tolerance_m = None if tolerance_m is None else max(tolerance_m, taken * _PROGRESS)
-        self.evaluated = self.placements = 0
-        if not self._closed(grasp.vertices):
-            raise PlanningError(
-                "the grasp to refine is not force closure", remedy="start from one that the planner reports"
-            )
-        self.here = _Place(grasp.vertices, measure.value(grasp.vertices), grasp.posture, 0)
+    def __init__(self, layout: Layout, network: SurfaceNetwork) -> None:
+        self._layout, self._network = layout, network
 
-    def to_the_top(self, parameters: RefineParameters) -> None:
-        """Climb to a summit, and from summit to summit until jumps find no higher one."""
-        random = np.random.default_rng(parameters.seed)
-        self.here = self._summit(self.here)
-        failed = 0
-        while failed < parameters.jumps:
-            below = self.here.value * parameters.jump_down
-            drawn = _some_pairs(self.here.nodes, self._nodes, parameters.draws, random)
-            landed = self._best(drawn, below, self.here)
-            top = None if landed is None else self._summit(landed)
-            failed += 1
-            if top is not None and top.value > self.here.value * _PROGRESS:
-                self.here, failed = top, 0
+    def __call__(self, leaves: IntArray) -> Iterator[IntArray]:
+        yield self._one_anywhere(leaves)
+        yield self._two_on_contours(leaves)
 
-    def _summit(self, place: _Place) -> _Place:
-        """Climb until neither one contact anywhere nor two on their contours find a better place."""
-        while True:
-            higher = self._best(self._one_anywhere(place.nodes), place.value, place)
-            if higher is None:
-                higher = self._best(self._two_on_contours(place.nodes), place.value, place)
-            if higher is None:
-                return place
-            place = higher
+    def _one_anywhere(self, leaves: IntArray) -> IntArray:
+        in_order = self._layout.in_order
+        moved = np.tile(leaves, (len(leaves), len(in_order), 1))
+        for i in range(len(leaves)):
+            moved[i, :, i] = in_order
+        return moved.reshape(-1, len(leaves))
 
-    def _one_anywhere(self, nodes: IntArray) -> IntArray:
-        moved = np.tile(nodes, (len(nodes), len(self._nodes), 1))
-        for i in range(len(nodes)):
-            moved[i, :, i] = self._nodes
-        return moved.reshape(-1, len(nodes))
-
-    def _two_on_contours(self, nodes: IntArray) -> IntArray:
-        contours = [self._surface.network.contour(int(node)) for node in nodes]
+    def _two_on_contours(self, leaves: IntArray) -> IntArray:
+        contours = [self._contour(int(leaf)) for leaf in leaves]
         moved = []
-        for i, j in combinations(range(len(nodes)), 2):
+        for i, j in combinations(range(len(leaves)), 2):
             first, second = np.meshgrid(contours[i], contours[j], indexing="ij")
-            grasps = np.tile(nodes, (first.size, 1))
+            grasps = np.tile(leaves, (first.size, 1))
             grasps[:, i], grasps[:, j] = first.ravel(), second.ravel()
             moved.append(grasps)
         return np.concatenate(moved)
 
-    def _best(self, grasps: IntArray, floor: float, origin: _Place) -> _Place | None:
-        """Return the best grasp above ``floor`` that meets all constraints; None if there is none."""
-        grasps = self._within_reach(grasps)
-        self.evaluated += len(grasps)
-        posture: HandPosture | None = None
-
-        def accept(nodes: IntArray) -> bool:
-            nonlocal posture
-            if not self._closed(nodes):
-                return False
-            if self._checker is None:
-                return True
-            points, normals = self._surface.points[nodes], self._surface.normals[nodes]
-            self.placements += 1
-            held = self._checker.place(points, normals, start=origin.posture)
-            posture = held or posture
-            return held is not None
-
-        found = self._measure.best(grasps, floor * _PROGRESS, accept)
-        return None if found is None else _Place(*found, posture, origin.steps + 1)
-
-    def _within_reach(self, grasps: IntArray) -> IntArray:
-        """Leave out grasps that touch a node twice, are too wide for the hand, or off the centroid."""
-        points = self._surface.points
-        keep = self._usable[grasps].all(axis=1)
-        if self._tolerance_m is not None:
-            mean = sum(points[grasps[:, i]] for i in range(grasps.shape[1])) / grasps.shape[1]
-            keep &= np.linalg.norm(mean - self._surface.centroid, axis=1) <= self._tolerance_m
-        grasps = grasps[keep]
-        keep = np.ones(len(grasps), dtype=np.bool_)
-        for i, j in combinations(range(grasps.shape[1]), 2):
-            keep &= grasps[:, i] != grasps[:, j]
-            if self._checker is not None:
-                gap = points[grasps[:, i]] - points[grasps[:, j]]
-                keep &= np.einsum("ij,ij->i", gap, gap) <= self._checker.pair_limit_m**2
-        return grasps[keep]
-
-    def _closed(self, nodes: IntArray) -> bool:
-        points, normals = self._surface.points[nodes], self._surface.normals[nodes]
-        measure = self._measure
-        closed = force_closure(
-            points, -normals, self._surface.centroid, measure.quality, measure.torque_length_m
-        )
-        return bool(closed)
+    def _contour(self, leaf: int) -> IntArray:
+        """Return the leaves of the usable nodes on the contour around a leaf."""
+        leaves = self._layout.leaf_of[self._network.contour(int(self._layout.nodes[leaf]))]
+        return np.asarray(leaves[leaves >= 0])
 
 
-def _some_pairs(nodes: IntArray, among: IntArray, count: int, random: np.random.Generator) -> IntArray:
-    """Return grasps with two random contacts each moved to random nodes, shape (count, n_f)."""
-    grasps = np.tile(nodes, (count, 1))
-    pairs = list(combinations(range(len(nodes)), 2))
+def _some_pairs(leaves: IntArray, among: IntArray, count: int, random: np.random.Generator) -> IntArray:
+    """Return grasps with two random contacts each moved to random leaves, shape (count, n_f)."""
+    grasps = np.tile(leaves, (count, 1))
+    pairs = list(combinations(range(len(leaves)), 2))
     chosen = np.array(pairs)[random.integers(len(pairs), size=count)]
     grasps[np.arange(count)[:, None], chosen] = among[random.integers(len(among), size=(count, 2))]
     return grasps

@@ -53,12 +53,12 @@ def screen(
         The local optima, all different, best score first; equal scores in the order of ``starts``.
     """
     reached: dict[tuple[int, ...], LocalOptimum] = {}
-    nearest = _nearest_allowed(surface, allowed)
+    nearest = nearest_allowed(surface, allowed)
     for initial in starts:
         first = nearest[initial.vertices]
         if len(set(first.tolist())) < len(first):
             continue
-        path = _climb(index, surface, first, allowed, thorough=False, max_moves=max_moves)
+        path = climb_freely(index, surface, first, allowed, thorough=False, max_moves=max_moves)
         optimum = LocalOptimum(initial, path, index.score(surface, path[-1]))
         reached.setdefault(optimum.contacts, optimum)
     return sorted(reached.values(), key=lambda optimum: -optimum.score)
@@ -68,12 +68,12 @@ def polish(
     index: Index, surface: Surface, optimum: LocalOptimum, allowed: BoolArray, max_moves: int
 ) -> LocalOptimum:
     """Climb on with several contacts at a time; arguments as those of ``screen``."""
-    further = _climb(index, surface, optimum.vertices, allowed, thorough=True, max_moves=max_moves)
+    further = climb_freely(index, surface, optimum.vertices, allowed, thorough=True, max_moves=max_moves)
     path = np.vstack((optimum.path, further[1:]))
     return LocalOptimum(optimum.initial, path, index.score(surface, path[-1]))
 
 
-def _nearest_allowed(surface: Surface, allowed: BoolArray) -> IntArray:
+def nearest_allowed(surface: Surface, allowed: BoolArray) -> IntArray:
     """Return for every node the nearest allowed one, itself if it is, shape (n_s,)."""
     nearest = np.arange(len(allowed))
     if allowed.any() and not allowed.all():
@@ -82,10 +82,22 @@ def _nearest_allowed(surface: Surface, allowed: BoolArray) -> IntArray:
     return nearest
 
 
-def _climb(
+def climb_freely(
     index: Index, surface: Surface, vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
 ) -> IntArray:
-    """Climb by the index's own compiled climb if it has one, else proposal by proposal."""
+    """Climb by the index's own compiled climb if it has one, else proposal by proposal.
+
+    Args:
+        index: What to climb.
+        surface: Any snapshot.
+        vertices: Where to start, shape (n_f,).
+        allowed: Nodes that contacts may move to, shape (n_s,).
+        thorough: Whether to look as closely as on a surface at rest.
+        max_moves: Moves after which the climb is given up.
+
+    Returns:
+        The configurations on the way, first to last, shape (moves + 1, n_f).
+    """
     if isinstance(index, ClimbingIndex):
         return index.climb(surface, vertices, allowed, thorough=thorough, max_moves=max_moves)
     steps, visited = [vertices], {tuple(vertices.tolist())}

@@ -45,6 +45,8 @@ class Follower:
         moves: Number of moves.
         evaluations: Number of proposals asked from the index.
         cycles: Number of times that the index wanted back to a configuration it had left.
+        followed: Where the fingers were before the last surface, shape (n_f,); None before the second one.
+        rough: Where they were on the surface at rest before they were polished; None if they were not.
     """
 
     vertices: IntArray
@@ -53,6 +55,8 @@ class Follower:
     moves: int = 0
     evaluations: int = 0
     cycles: int = 0
+    followed: IntArray | None = None
+    rough: IntArray | None = None
 
 
 def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:

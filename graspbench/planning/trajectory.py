@@ -10,10 +10,12 @@ from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.planning.parameters import PathParameters
+from graspbench.planning.smoothing import low_pass, smooth_way
 from graspbench.planning.time_law import minimum_jerk
 
 _SHARES = (1.0, 0.75, 0.5, 0.25)
 _REACH_TOLERANCE_M = 1e-5
+_MIN_DEVIATION_M = 5e-3
 _MIN_TRAVEL_S = 0.1  # of a way along which the tips start and stop smoothly
 
 
@@ -59,11 +61,12 @@ def fingertip_paths(
 ) -> tuple[FingertipPath, ...]:
     """Make smooth, timed paths through a plan's configurations.
 
-    The configurations pass a first order low-pass, each knowing only those before it, so the filter
-    could run while the planner still works; the last configuration alone is reached exactly. Through the
-    filtered points, lifted by the floating distance along the filtered normals, run cubic splines, at
-    rest at both ends, with the same timing for all fingers. Then the tips close along the contact normals and
-    all touch at the last instant.
+    The configurations, lifted by the floating distance along the normals, pass a spatial filter. By default
+    it looks at the whole way that led to the grasp, and takes out its loops and back-steps; with
+    ``parameters.filter="causal"`` it is a first order low-pass that knows only what came before, so that it
+    could run while the planner still works. The last configuration alone is reached exactly. Through the
+    filtered points run cubic splines, at rest at both ends, with the same timing for all fingers. Then the
+    tips close along the contact normals and all touch at the last instant.
 
     With a hand the paths stay within what it reaches from its grasp pose: configurations at the beginning
     that are too wide for it are left out, and the floating distance shrinks when even the last one is.
@@ -80,7 +83,7 @@ def fingertip_paths(
     distance, first = floating_distance_m, 0
     if hand is not None and history[-1].posture is not None:
         distance, first = _within_reach(history, parameters, floating_distance_m, hand)
-    lifted, normals = _filtered(history[first:], parameters.filter_gain, distance)
+    lifted, normals = _filtered(history[first:], parameters, distance)
     approach, directions = _travel(lifted, normals, parameters)
 
     count = max(2, round(parameters.closing_time_s / parameters.time_step_s))
@@ -104,24 +107,16 @@ def fingertip_paths(
     )
 
 
-def low_pass(values: FloatArray, gain: float) -> FloatArray:
-    """Filter a sequence of configurations: each moves by ``gain`` of the way to the new value.
-
-    Args:
-        values: Shape (n, ...), first to last.
-        gain: 0 to 1; 1 passes everything.
-    """
-    filtered = np.empty_like(values)
-    filtered[0] = values[0]
-    for k in range(1, len(values)):
-        filtered[k] = filtered[k - 1] + gain * (values[k] - filtered[k - 1])
-    return filtered
-
-
-def _filtered(history: Sequence[Grasp], gain: float, distance: float) -> tuple[FloatArray, FloatArray]:
-    """Return the low-passed via points, lifted by ``distance``, and their normals; shape (n, n_f, 3) each."""
-    points = low_pass(np.stack([grasp.points for grasp in history]), gain)
-    normals = low_pass(np.stack([grasp.normals for grasp in history]), gain)
+def _filtered(
+    history: Sequence[Grasp], parameters: PathParameters, distance: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the filtered points, lifted by ``distance``, and their normals; shape (n, n_f, 3) each."""
+    points = np.stack([grasp.points for grasp in history])
+    normals = np.stack([grasp.normals for grasp in history])
+    if parameters.filter == "path":
+        lifted = points + distance * normals
+        return smooth_way(lifted, normals, parameters.max_turning_deg, max(distance, _MIN_DEVIATION_M))
+    points, normals = low_pass(points, parameters.filter_gain), low_pass(normals, parameters.filter_gain)
     # Only the final configuration has to be reached exactly.
     points[-1], normals[-1] = history[-1].points, history[-1].normals
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
@@ -155,7 +150,7 @@ def _within_reach(
 def _reaches(history: Sequence[Grasp], parameters: PathParameters, distance: float, hand: HandModel) -> bool:
     posture = history[-1].posture
     assert posture is not None
-    lifted, normals = _travel(*_filtered(history, parameters.filter_gain, distance), parameters)
+    lifted, normals = _travel(*_filtered(history, parameters, distance), parameters)
     # Between the configurations too, and at both ends.
     few = np.unique(np.linspace(0, len(lifted) - 1, 4 * len(history)).round().astype(np.int64))
     lifted, normals = lifted[few], normals[few]

@@ -10,9 +10,11 @@ if TYPE_CHECKING:
     from graspbench.report.comparison import comparison_table
     from graspbench.report.figures import draw_grasp, draw_surface_moments, draw_views, pick_moments
     from graspbench.report.statistics import aggregate, spearman, wilson_interval
-    from graspbench.report.tables import write_table
+    from graspbench.report.tables import Column, Table, write_tables
 
 _HOMES = {
+    "Column": "tables",
+    "Table": "tables",
     "aggregate": "statistics",
     "comparison_table": "comparison",
     "draw_grasp": "figures",
@@ -21,10 +23,12 @@ _HOMES = {
     "pick_moments": "figures",
     "spearman": "statistics",
     "wilson_interval": "statistics",
-    "write_table": "tables",
+    "write_tables": "tables",
 }
 
 __all__ = [
+    "Column",
+    "Table",
     "aggregate",
     "comparison_table",
     "draw_grasp",
@@ -33,7 +37,7 @@ __all__ = [
     "pick_moments",
     "spearman",
     "wilson_interval",
-    "write_table",
+    "write_tables",
 ]
 
 

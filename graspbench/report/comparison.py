@@ -1,14 +1,16 @@
-"""The comparison of local and global grasps (thesis table 3.1)."""
+"""The comparison of local and global grasps in the means of trials (thesis table 3.1)."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from graspbench.errors import LogError
+from graspbench.report import columns as c
+from graspbench.report.notes import status_notes, trial_notes
+from graspbench.report.tables import SIGNIFICANT, Column, Table
 
-MEASURES = ("q1", "q2", "q3")
+TITLE = "Local against global grasps"
 
 THESIS_3_1: dict[tuple[int, str], tuple[tuple[float, float], ...]] = {
     (1, "bottle"): ((0.016, 0.016), (0.091, 0.101), (0.438, 0.438)),
@@ -22,54 +24,17 @@ Only the ratios can be set beside ours: the thesis does not say in which contact
 unit of torque its values were taken.
 """
 
-
-@dataclass(frozen=True)
-class Cell:
-    """One measure of one row.
-
-    Attributes:
-        local: Mean value of the local planner's grasps, nan if there is none.
-        best: Mean value of the global search's grasps, nan if there is none.
-        ratio: Mean of local / global over the trials, nan if there is none.
-        thesis: The ratio in the thesis, nan if it has none.
-    """
-
-    local: float
-    best: float
-    ratio: float
-    thesis: float
+# Keys of the table's rows by the trials' columns.
+_KEYS = {"index": c.INDEX, "k_cm": c.GAIN, "object": c.OBJECT, "hand": c.HAND, "fingers": c.FINGERS}
+_NEEDED = (c.OBJECT, c.HAND, c.FINGERS, c.INDEX, c.STATUS)
+_FORMATS = {"k_cm": "g", "fingers": "g"}
 
 
-@dataclass(frozen=True)
-class Row:
-    """One line of the table.
-
-    Attributes:
-        k_cm: Gain that pulls the grasp plane to the centroid; None for an index without it.
-        index: Name of the local planner's index.
-        object: Name of the object.
-        hand: Name of the hand.
-        fingers: Number of fingers.
-        trials: Number of finished trials in the means.
-        failed: Number of trials that ended without a grasp.
-        cells: Q1, Q2, Q3.
-    """
-
-    k_cm: float | None
-    index: str
-    object: str
-    hand: str
-    fingers: int
-    trials: int
-    failed: int
-    cells: tuple[Cell, Cell, Cell]
-
-
-def comparison_table(trials: pd.DataFrame) -> tuple[Row, ...]:
+def comparison_table(trials: pd.DataFrame) -> Table:
     """Gather trials into rows of thesis table 3.1: k_cm (1 first), then object.
 
-    Trials that differ in seed or pose only are averaged; so are all other differences that no
-    column of the table shows.
+    Trials of one index, k_cm, object and hand are averaged; what else they differ in is noted. Columns
+    that are the same in every row stand in the notes instead.
 
     Args:
         trials: One row a trial, dotted column names as in ``trials.csv``.
@@ -77,49 +42,117 @@ def comparison_table(trials: pd.DataFrame) -> tuple[Row, ...]:
     Raises:
         LogError: The table has no trial, or lacks the columns that name one.
     """
-    needed = ["object.name", "hand.name", "hand.fingers", "index.name", "status"]
-    missing = [name for name in needed if name not in trials]
+    trials = checked(trials)
+    readable = trials[trials[c.STATUS] != c.UNREADABLE]
+    keyed = readable.assign(**{name: readable.get(column) for name, column in _KEYS.items()})
+    rows = [
+        _row(dict(zip(_KEYS, key, strict=True)), group)
+        for key, group in keyed.groupby(list(_KEYS), dropna=False, sort=True)
+    ]
+    rows.sort(key=_order)
+    varying = [key for key in _KEYS if len({row[key] for row in rows}) > 1 or key == "object"]
+    if any(row["k_cm"] is not None for row in rows):
+        varying.append("k_cm")
+    notes = (
+        *_means_note(rows, varying),
+        *status_notes(trials),
+        *trial_notes(readable, tuple(_KEYS.values())),
+    )
+    return Table(
+        "table",
+        TITLE,
+        _columns(rows, varying),
+        tuple(rows),
+        notes,
+        compared=("object", "hand", "fingers"),
+        parted=("index", "k_cm"),
+    )
+
+
+def checked(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return trials that have the columns which name one; those that could not be read have them empty.
+
+    Raises:
+        LogError: There are none, or a column is lacking.
+    """
+    missing = [name for name in _NEEDED if name not in trials]
     if missing or trials.empty:
         problem = f"lack the column {missing[0]}" if missing else "are none"
         raise LogError(f"the trials {problem}", remedy="give a folder that run or sweep has written")
-    table = trials.copy()
-    table["k_cm"] = table.get("index.k_cm", np.nan)
-    keys = ["k_cm", "index.name", "object.name", "hand.name", "hand.fingers"]
-    rows = [
-        _row(key if isinstance(key, tuple) else (key,), group)
-        for key, group in table.groupby(keys, dropna=False, sort=True)
-    ]
-    rows.sort(
-        key=lambda row: (
-            row.index,
-            -1.0 if row.k_cm is None else -row.k_cm,
-            row.object,
-            row.hand,
-            row.fingers,
+    return trials
+
+
+def thesis_ratio(gain: float | None, name: str, index: str, measure: str) -> float | None:
+    """Return local over global as thesis table 3.1 has it; None where it has none."""
+    if gain not in (0.0, 1.0) or index != "force_field" or (int(gain), name) not in THESIS_3_1:
+        return None
+    local, best = THESIS_3_1[int(gain), name][c.MEASURES.index(measure)]
+    return local / best
+
+
+def _row(key: Mapping[str, Any], group: pd.DataFrame) -> dict[str, Any]:
+    done = group[group[c.STATUS] == c.DONE]
+    row = {name: None if pd.isna(value) else value for name, value in key.items()}
+    row |= {"trials": len(done), "failed": len(group) - len(done)}
+    for measure in c.MEASURES:
+        local, best, ratio = (
+            c.numbers(done, name).dropna()
+            for name in (f"local.{measure}", c.global_value(measure), f"ratio.{measure}")
         )
-    )
-    return tuple(rows)
+        row |= {
+            f"{measure}_local": _mean(local),
+            f"{measure}_global": _mean(best),
+            f"{measure}_ratio": _mean(ratio),
+            f"{measure}_ratio_std": float(ratio.std(ddof=1)) if len(ratio) > 1 else None,
+            f"{measure}_ratio_thesis": thesis_ratio(
+                row["k_cm"], str(row["object"]), str(row["index"]), measure
+            ),
+        }
+    return row
 
 
-def _row(key: tuple[Any, ...], group: pd.DataFrame) -> Row:
-    k_cm, index, name, hand, fingers = key
-    done = group[group["status"] == "done"]
-    gain = None if pd.isna(k_cm) else float(k_cm)
-    printed = THESIS_3_1.get((round(gain), name)) if gain in (0.0, 1.0) and index == "force_field" else None
-    cells = []
-    for i, measure in enumerate(MEASURES):
-        thesis = printed[i][0] / printed[i][1] if printed else np.nan
-        local = _mean(done, f"local.{measure}")
-        best = _mean(done, f"global.{measure}.value")
-        cells.append(Cell(local, best, _mean(done, f"ratio.{measure}"), thesis))
-    return Row(
-        gain, str(index), str(name), str(hand), int(fingers), len(done), len(group) - len(done),
-        (cells[0], cells[1], cells[2]),
-    )  # fmt: skip
+def _mean(values: pd.Series) -> float | None:
+    return float(values.mean()) if len(values) else None
 
 
-def _mean(trials: pd.DataFrame, column: str) -> float:
-    if column not in trials:
-        return np.nan
-    values = pd.to_numeric(trials[column], errors="coerce").dropna()
-    return float(values.mean()) if len(values) else np.nan
+def _order(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    gain = -1.0 if row["k_cm"] is None else -float(row["k_cm"])
+    return (str(row["index"]), gain, *(str(row[key]) for key in ("object", "hand")), str(row["fingers"]))
+
+
+def _columns(rows: list[dict[str, Any]], varying: list[str]) -> tuple[Column, ...]:
+    columns = [Column(key, key, format=_FORMATS.get(key, "")) for key in _KEYS if key in varying]
+    counts = {row["trials"] for row in rows} | {row["trials"] + row["failed"] for row in rows}
+    if len(counts) > 1:
+        columns.append(Column("trials", "n", format="d"))
+    for measure in c.MEASURES:
+        if all(row[f"{measure}_local"] is None for row in rows):
+            continue
+        group, searched = measure.upper(), any(row[f"{measure}_global"] is not None for row in rows)
+        columns.append(Column(f"{measure}_local", "local", format=SIGNIFICANT, group=group))
+        if not searched:
+            continue
+        columns += [
+            Column(f"{measure}_global", "global", format=SIGNIFICANT, group=group),
+            Column(
+                f"{measure}_ratio", "ratio", format=".2f", group=group, spread=f"{measure}_ratio_std",
+                best="largest",
+            ),
+        ]  # fmt: skip
+        if any(row[f"{measure}_ratio_thesis"] is not None for row in rows):
+            columns.append(Column(f"{measure}_ratio_thesis", "thesis", format=".2f", group=group))
+    return tuple(columns)
+
+
+def _means_note(rows: list[dict[str, Any]], varying: list[str]) -> tuple[str, ...]:
+    if not rows:
+        return ()
+    counts = sorted({int(row["trials"]) for row in rows})
+    n = f"n = {counts[0]}" if len(counts) == 1 else f"n = {counts[0]} to {counts[-1]}"
+    common = [f"{key} {rows[0][key]}" for key in _KEYS if key not in varying and rows[0][key] is not None]
+    notes = [f"Means over {n} trials a row{''.join(f'; {text}' for text in common)}."]
+    if any(row[f"{measure}_ratio_std"] is not None for row in rows for measure in c.MEASURES):
+        notes.append("Ratio: mean of local / global ± standard deviation.")
+    if any(row[f"{measure}_ratio_thesis"] is not None for row in rows for measure in c.MEASURES):
+        notes.append("Thesis: ratios of its table 3.1, which does not state its contact model: no values.")
+    return tuple(notes)

@@ -5,16 +5,17 @@ kind (the network's faces, the hand's links), each as ``{"<name>": <array>}`` wi
 So a page of thousands of trials takes the first lines as they are and every shared array once.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired
 
 import numpy as np
+from pydantic import Field, StringConstraints, TypeAdapter
+from typing_extensions import TypedDict
 
 from graspbench.arrays import FloatArray
 
@@ -29,10 +30,62 @@ _SCHEMA = 1
 _LEVELS = 2**16 - 1
 _PATH_POINTS = 24
 _NAME_LENGTH = 12
+_MAX_BYTES = 5_000_000
+
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+_Point = Annotated[list[_Number], Field(min_length=3, max_length=3)]
+_Array = Annotated[str, StringConstraints(pattern="^[A-Za-z0-9+/=]*$")]
+_Name = Annotated[str, StringConstraints(pattern=f"^[0-9a-f]{{{_NAME_LENGTH}}}$")]
+
+
+class _Packed(TypedDict):
+    low: _Point
+    step: _Point
+    data: _Array
+
+
+class _Mesh(TypedDict):
+    role: Literal["surface", "hand"]
+    points: _Packed | _Name
+    faces: _Name
+    pose: NotRequired[list[list[_Number]]]
+
+
+class _Contact(TypedDict):
+    point: _Point
+    normal: _Point
+
+
+class _Path(TypedDict):
+    via: list[_Point]
+    approach: list[_Point]
+    grasp: list[_Point]
+
+
+class _Geometry(TypedDict):
+    schema: int
+    meshes: list[_Mesh]
+    contacts: list[_Contact]
+    centroid: _Point
+    paths: list[_Path]
+    ground_m: _Number
+
+
+@cache
+def _geometry_adapter() -> TypeAdapter[_Geometry]:
+    return TypeAdapter(_Geometry)
+
+
+@cache
+def _array_adapter() -> TypeAdapter[dict[str, _Array | _Packed]]:
+    return TypeAdapter(dict[str, _Array | _Packed])
 
 
 def trial_geometry(
-    surface: Surface, grasp: Grasp, paths: Sequence[FingertipPath] = (), hand: HandModel | None = None
+    surface: "Surface",
+    grasp: "Grasp",
+    paths: "Sequence[FingertipPath]" = (),
+    hand: "HandModel | None" = None,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return a trial's geometry as plain values, about 70 kB as JSON.
 
@@ -92,13 +145,32 @@ def write_geometry(trial: dict[str, Any], shared: dict[str, Any], folder: Path) 
     return path
 
 
-def read_geometry(path: Path, shared: dict[str, Any]) -> str:
-    """Return the first line of a geometry file as it is, and add the arrays it needs to ``shared``."""
-    trial, *others = path.read_text(encoding="utf-8").splitlines()
-    for line in others:
-        if line[2 : 2 + _NAME_LENGTH] not in shared:
-            shared.update(json.loads(line))
-    return trial
+def read_geometry(path: Path, shared: dict[str, Any]) -> dict[str, Any] | None:
+    """Return a stored geometry, and add the arrays it needs to ``shared``; None if there is none.
+
+    The file may come from anybody: a link, a file that is too large, and one that does not hold what
+    `write_geometry` writes are as if there were none. An array is taken only under the name that its
+    content gives it, so no trial can change another's.
+    """
+    if path.is_symlink() or not path.is_file() or path.stat().st_size > _MAX_BYTES:
+        return None
+    try:
+        first, *others = path.read_text(encoding="utf-8").splitlines()
+        trial = _geometry_adapter().validate_json(first)
+        arrays: dict[str, Any] = {}
+        for line in others:
+            if line[2 : 2 + _NAME_LENGTH] not in shared:
+                arrays |= _array_adapter().validate_json(line)
+    except (OSError, ValueError, RecursionError):
+        return None
+    wanted = {
+        name for mesh in trial["meshes"] for name in (mesh["points"], mesh["faces"]) if isinstance(name, str)
+    }
+    named = {name: array for name, array in arrays.items() if _name_of(array) == name}
+    if not wanted <= shared.keys() | named.keys():
+        return None
+    shared.update(named)
+    return dict(trial)
 
 
 def unpack_points(packed: dict[str, Any]) -> FloatArray:
@@ -109,9 +181,13 @@ def unpack_points(packed: dict[str, Any]) -> FloatArray:
 
 
 def _share(shared: dict[str, Any], array: Any) -> str:
-    name = hashlib.sha256(json.dumps(array).encode()).hexdigest()[:_NAME_LENGTH]
+    name = _name_of(array)
     shared[name] = array
     return name
+
+
+def _name_of(array: Any) -> str:
+    return hashlib.sha256(json.dumps(array).encode()).hexdigest()[:_NAME_LENGTH]
 
 
 def _packed(points: FloatArray) -> dict[str, Any]:

@@ -1,44 +1,26 @@
-"""Trials summarised by groups of one's own choice, with success rates, as tables."""
+"""Trials summarised by groups of one's own choice, with success rates."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from graspbench.report.statistics import STATISTICS, aggregate, spearman, wilson_interval
-from graspbench.report.tables import latex_escape
+from graspbench.report import columns as c
+from graspbench.report.heads import head_of, smaller_is_better
+from graspbench.report.notes import status_notes, success_notes, trial_notes
+from graspbench.report.statistics import aggregate, find_column, wilson_interval
+from graspbench.report.tables import SIGNIFICANT, Column, Table
 
-DEFAULT_VALUES = ("ratio.q1", "ratio.q2", "ratio.q3", "local.time_s")
-_QUALITIES = ("local.q1", "local.q2", "local.q3", "ratio.q1", "ratio.q2", "ratio.q3")
-_UNITS = {
-    "_s": "s",
-    "_ms": "ms",
-    "_m": "m",
-    "_mm": "mm",
-    "_deg": "deg",
-    "_n": "N",
-    "_kg": "kg",
-    "_rad": "rad",
-}
-_SMALLER_IS_BETTER = (
-    "time",
-    "error",
-    "slip",
-    "drift",
-    "turn",
-    "displacement",
-    "mesh_",
-    "seconds",
-    "iterations",
-)
+_SPREADS = {"ci": "95 % interval of the mean", "std": "standard deviation"}
 
 
 def group_table(
     trials: pd.DataFrame, group: Sequence[str], statistic: Sequence[str], values: Sequence[str] = ()
-) -> pd.DataFrame:
+) -> Table:
     """Summarise trials by group: chosen statistics of values, and the success rate with Wilson's interval.
+
+    Means and success rates are bold where they are the best of rows of one object: what is compared is how a
+    grasp was planned, not for what.
 
     Args:
         trials: One row a trial.
@@ -49,140 +31,93 @@ def group_table(
     Raises:
         ConfigurationError: A column or a statistic is unknown.
     """
-    chosen = list(values) or [name for name in DEFAULT_VALUES if name in trials]
-    table = aggregate(trials, group, chosen, statistic)
-    keys = list(table.columns[: len(group)])
-    succeeded = trials["success"].fillna(False).astype(bool) if "success" in trials else None
-    if succeeded is not None:
-        counts = succeeded.groupby([trials[key] for key in keys], dropna=False, sort=True).sum()
-        rates = [wilson_interval(int(good), int(n)) for good, n in zip(counts, table["trials"], strict=True)]
-        table["success.rate"] = [rate.value for rate in rates]
-        table["success.low"] = [rate.low for rate in rates]
-        table["success.high"] = [rate.high for rate in rates]
-    return table
-
-
-def correlation_table(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return Spearman's rank correlation of every planned quality with what physics made of it.
-
-    Returns:
-        Columns quality, outcome, rho, low, high, trials; pairs of which nothing can be said are left out.
-    """
-    outcomes = [
-        name
-        for name in trials.columns
-        if name == "success"
-        or (
-            str(name).startswith("execution.")
-            and str(name).endswith(("slip_m", "drift_m", "turn_deg", "push_weight"))
-        )
+    trials, everything = trials[trials[c.STATUS] != c.UNREADABLE], trials
+    chosen = [find_column(trials, name) for name in values] or [
+        name for name in c.SUMMARISED if name in trials and c.numbers(trials, name).notna().any()
     ]
-    records = []
-    for quality in (name for name in _QUALITIES if name in trials):
-        for outcome in outcomes:
-            found = spearman(_numbers(trials[quality]), _numbers(trials[outcome]))
-            if not math.isnan(found.value):
-                records.append(
-                    {
-                        "quality": quality,
-                        "outcome": str(outcome),
-                        "rho": found.value,
-                        "low": found.low,
-                        "high": found.high,
-                        "trials": found.count,
-                    }
-                )
-    return pd.DataFrame(records, columns=["quality", "outcome", "rho", "low", "high", "trials"])
-
-
-def frame_markdown(table: pd.DataFrame, title: str, notes: Sequence[str] = ()) -> str:
-    """Return any table as Markdown, numbers with three significant digits, the best of a column bold."""
-    best = _best(table)
-    head = "| " + " | ".join(heading(name).replace("_", r"\_") for name in table.columns) + " |"
-    rule = "|" + "".join("--:|" if _numeric(table[name]) else "---|" for name in table.columns)
-    lines = [f"### {title}", "", head, rule]
-    for i, row in enumerate(table.itertuples(index=False)):
-        cells = []
-        for name, value in zip(table.columns, row, strict=True):
-            text = cell_text(value).replace("_", r"\_").replace("|", r"\|")
-            cells.append(f"**{text}**" if (i, name) in best else text)
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", *notes, ""])
-
-
-def frame_latex(table: pd.DataFrame, title: str, label: str, notes: Sequence[str] = ()) -> str:
-    """Return any table as LaTeX for the package booktabs: units in the heads, the best of a column bold."""
-    best = _best(table)
-    kinds = "".join("r" if _numeric(table[name]) else "l" for name in table.columns)
-    body = []
-    for i, row in enumerate(table.itertuples(index=False)):
-        cells = []
-        for name, value in zip(table.columns, row, strict=True):
-            text = latex_escape(cell_text(value, "--"))
-            cells.append(rf"\textbf{{{text}}}" if (i, name) in best else text)
-        body.append(" & ".join(cells) + r" \\")
-    return "\n".join(
-        [
-            "% Needs \\usepackage{booktabs}.",
-            r"\begin{table}[t]",
-            r"  \centering\scriptsize\setlength{\tabcolsep}{3pt}",
-            rf"  \caption{{{latex_escape(' '.join([title + '.', *notes]))}}}",
-            rf"  \label{{{label}}}",
-            rf"  \begin{{tabular}}{{@{{}}{kinds}@{{}}}}",
-            r"    \toprule",
-            "    " + " & ".join(latex_escape(heading(name)) for name in table.columns) + r" \\",
-            r"    \midrule",
-            *(f"    {line}" for line in body),
-            r"    \bottomrule",
-            r"  \end{tabular}",
-            r"\end{table}",
-            "",
-        ]
+    keys = [find_column(trials, name) for name in group]
+    grouped = aggregate(trials, keys, chosen, statistic)
+    rates = c.SUCCESS in trials and bool(c.numbers(trials, c.SUCCESS).notna().any())
+    if rates:
+        _add_rates(grouped, trials, keys)
+    same = tuple(key for key in keys if c.is_problem(key))
+    return Table(
+        "groups",
+        f"By {', '.join(head_of(key)[0] for key in keys)}",
+        (*_key_columns(grouped, keys), *_value_columns(chosen, statistic), *_rate_columns(grouped, rates)),
+        tuple(_plain(record) for record in grouped.to_dict("records")),
+        (
+            *_statistic_notes(statistic, rates),
+            *status_notes(everything),
+            *success_notes(trials),
+            *trial_notes(trials, keys),
+        ),
+        compared=same if len(same) < len(keys) else None,
+        parted=tuple(keys[:1]) if len(keys) > 1 else (),
     )
 
 
-def heading(name: object) -> str:
-    """Return a column's heading with its unit, which the column's name ends with."""
-    whole = str(name)
-    column, _, last = whole.rpartition(".")
-    if last not in STATISTICS:
-        column = whole
-    for suffix, unit in _UNITS.items():
-        if column.endswith(suffix):
-            return f"{column.removesuffix(suffix)}{whole[len(column) :]} [{unit}]"
-    return whole
+_RATE = (
+    Column("success.rate", "success", format=".2f", interval=("success.low", "success.high"), best="largest"),
+    Column("success.trials", "executed", format="d"),
+)
 
 
-def cell_text(value: Any, missing: str = "-") -> str:
-    """Return a value for people: three significant digits, booleans in words."""
-    if value is None or (isinstance(value, float) and math.isnan(value)) or value is pd.NA:
-        return missing
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, float | np.floating):
-        return f"{value:.3g}"
-    return str(value)
+def _rate_columns(grouped: pd.DataFrame, rates: bool) -> list[Column]:
+    """Return the columns of the success rate: its own number of trials where that differs."""
+    if not rates:
+        return []
+    same = (grouped["success.trials"] == grouped["trials"]).all()
+    return list(_RATE[:1] if same else _RATE)
 
 
-def _best(table: pd.DataFrame) -> set[tuple[int, object]]:
-    """Return the cells of means and success rates that are best in their column."""
-    best: set[tuple[int, object]] = set()
-    for name in table.columns:
-        text = str(name)
-        if len(table) < 2 or not text.endswith((".mean", ".median", ".rate")):
-            continue
-        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=np.float64)
-        if np.isnan(values).all():
-            continue
-        smaller = any(word in text for word in _SMALLER_IS_BETTER)
-        top = np.nanmin(values) if smaller else np.nanmax(values)
-        best |= {(int(i), name) for i in np.flatnonzero(values == top)}
-    return best
+def _add_rates(grouped: pd.DataFrame, trials: pd.DataFrame, keys: Sequence[str]) -> None:
+    """Add each group's success rate over the trials of which it is known."""
+    known = c.numbers(trials, c.SUCCESS).groupby([trials[key] for key in keys], dropna=False, sort=True)
+    pairs = zip(known.sum(), known.count(), strict=True)
+    rates = [wilson_interval(int(good), int(n)) for good, n in pairs]
+    grouped["success.rate"] = [rate.value for rate in rates]
+    grouped["success.low"] = [rate.low if rate.count else None for rate in rates]
+    grouped["success.high"] = [rate.high if rate.count else None for rate in rates]
+    grouped["success.trials"] = [rate.count for rate in rates]
 
 
-def _numeric(values: pd.Series) -> bool:
-    return bool(pd.api.types.is_numeric_dtype(values)) and values.dtype != bool
+def _key_columns(grouped: pd.DataFrame, keys: Sequence[str]) -> list[Column]:
+    numeric = {key: pd.api.types.is_numeric_dtype(grouped[key]) for key in keys}
+    columns = [Column(key, *head_of(key), format="g" if numeric[key] else "") for key in keys]
+    return [*columns, Column("trials", "n", format="d")]
 
 
-def _numbers(values: pd.Series) -> Any:
-    return pd.to_numeric(values, errors="coerce").astype(float).to_numpy()
+def _value_columns(values: Sequence[str], statistic: Sequence[str]) -> list[Column]:
+    """Return the columns of the statistics: a spread stands behind the mean, where there is one."""
+    spread = next((name for name in statistic if name in _SPREADS), None) if "mean" in statistic else None
+    columns = []
+    for value in values:
+        head, unit = head_of(value)
+        for name in statistic:
+            if name == spread:
+                continue
+            best = name in ("mean", "median")
+            columns.append(
+                Column(
+                    f"{value}.{name}",
+                    head if name == "mean" else f"{head}, {name}",
+                    "" if name == "count" else unit,
+                    SIGNIFICANT if name != "count" else "g",
+                    spread=f"{value}.{spread}" if name == "mean" and spread else None,
+                    best=("smallest" if smaller_is_better(value) else "largest") if best else "",
+                )
+            )
+    return columns
+
+
+def _statistic_notes(statistic: Sequence[str], rates: bool) -> list[str]:
+    spread = next((name for name in statistic if name in _SPREADS), None) if "mean" in statistic else None
+    notes = [f"Mean ± {_SPREADS[spread]}."] if spread else []
+    if rates:
+        notes.append("Success: rate with Wilson's 95 % interval.")
+    return notes
+
+
+def _plain(record: dict[Any, Any]) -> dict[str, Any]:
+    return {str(key): None if pd.isna(value) else value for key, value in record.items()}

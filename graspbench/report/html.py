@@ -1,42 +1,48 @@
-"""The report as one HTML page that needs no network: table, filters, plots, trials in three dimensions."""
+"""The report as one HTML page that needs no network: tables, filters, plots, trials in three dimensions.
+
+A results folder may come from anybody. The template engine escapes all text, data stand in elements that no
+browser runs, a policy in the page lets nothing run but the page's own script, and trials are addressed by
+their place in the table, never by what a file calls them.
+"""
 
 import base64
+import hashlib
 import json
-import os
-from collections.abc import Mapping
-from html import escape
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import cv2
+import jinja2
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 
 from graspbench.errors import LogError
+from graspbench.report import columns as c
 from graspbench.report.geometry import GEOMETRY_FILE, read_geometry
+from graspbench.report.heads import head_of
+from graspbench.report.page_media import Pictures, trial_media
+from graspbench.report.tables import Table
+from graspbench.results.store import write_atomically
 
-Pictures = Literal["auto", "embed", "link", "none"]
+__all__ = ["Pictures", "write_page"]
 
 _PAGE = Path(__file__).parent / "page"
 _SCRIPTS = ("statistics.js", "plots.js", "viewer.js", "app.js")
-
-# Up to so many trials the page carries their pictures; beyond, it links to the files beside it.
-EMBEDDED_TRIALS = 40
-_PICTURE_WIDTH_PX = 900
-_PICTURE_QUALITY = 82
 _GEOMETRY_BUDGET_BYTES = 80_000_000
 
 # Offered in the table, as filters and as groups when the trials differ in them.
 _SHOWN = (
-    "trial_id", "status", "object.name", "hand.name", "hand.fingers", "index.name", "index.k_cm", "seed",
-    "success", "local.q1", "local.q2", "local.q3", "ratio.q1", "ratio.q2", "ratio.q3", "local.time_s",
-    "provenance.seconds", "reason",
+    c.TRIAL_ID, c.STATUS, c.OBJECT, c.HAND, c.FINGERS, c.INDEX, c.GAIN, c.SEED, c.SUCCESS, *c.QUALITIES,
+    c.PLANNING_TIME, "provenance.seconds", c.REASON,
 )  # fmt: skip
-_FILTERS = ("status", "success", "object.name", "hand.name", "hand.fingers", "index.name", "index.k_cm")
-_GROUPS = ("object.name", "index.name", "hand.name", "hand.fingers", "index.k_cm", "status")
-_STRIPS = ("ratio.q1", "local.q1", "local.time_s")
+_FILTERS = (c.STATUS, c.SUCCESS)
+_GROUPS = (c.OBJECT, c.INDEX, c.HAND, c.FINGERS, c.GAIN, c.STATUS)
+_STRIPS = ("ratio.q1", "local.q1", c.PLANNING_TIME)
 _SCATTER_X = ("local.q1", "local.q3", "ratio.q1")
-_SCATTER_Y = ("execution.phases.lift.slip_m", "ratio.q1", "local.time_s", "seed")
+_SCATTER_Y = ("execution.phases.lift.slip_m", "ratio.q1", c.PLANNING_TIME, c.SEED)
+_MAX_FILTER_VALUES = 60
 
 
 def write_page(
@@ -46,6 +52,7 @@ def write_page(
     *,
     title: str = "Trials",
     pictures: Pictures = "auto",
+    tables: Sequence[Table] = (),
 ) -> Path:
     """Write ``index.html``.
 
@@ -55,61 +62,98 @@ def write_page(
         folders: Each trial's folder by its id; pictures and geometry are looked for there.
         title: Heading of the page.
         pictures: Whether pictures are carried in the page or linked to by relative paths; "auto" carries
-            those of up to `EMBEDDED_TRIALS` trials.
+            those of up to `graspbench.report.page_media.EMBEDDED_TRIALS` trials.
+        tables: What stands first, before filters and plots.
 
     Raises:
         LogError: There are no trials.
     """
     if trials.empty:
         raise LogError("the trials are none", remedy="give a folder that run or sweep has written")
-    output_dir.mkdir(parents=True, exist_ok=True)
-    shared, geometry = _geometry(folders)
-    data = {**_document(trials), "pictures": _pictures(folders, output_dir, pictures)}
-    parts = {
-        "title": escape(title),
-        "css": (_PAGE / "page.css").read_text(encoding="utf-8"),
-        "js": "\n".join((_PAGE / name).read_text(encoding="utf-8") for name in _SCRIPTS),
-        "data": _script_json(data),
-        "shared": _script_json(shared),
-        "geometry": "\n".join(geometry),
-    }
-    page = (_PAGE / "page.html").read_text(encoding="utf-8")
-    for name, text in parts.items():
-        page = page.replace("{{" + name + "}}", text, 1 if name != "title" else 2)
+    places = [folders.get(str(trial_id)) for trial_id in trials[c.TRIAL_ID]]
+    shared, geometry = _geometry(places)
+    data = {**_document(trials), "media": trial_media(places, output_dir, pictures)}
+    script = "\n".join((_PAGE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
+    style = (_PAGE / "page.css").read_text(encoding="utf-8")
+    page = _template().render(
+        policy=_policy(script, style),
+        title=title,
+        tables=tables,
+        css=Markup(style),
+        js=Markup(script),
+        data=_script_json(data),
+        shared=_script_json(shared),
+        geometry=[(number, _script_json(found)) for number, found in geometry],
+    )
     path = output_dir / "index.html"
-    temporary = output_dir / f".index.{os.getpid()}.tmp"
-    temporary.write_text(page, encoding="utf-8")
-    temporary.replace(path)
+    write_atomically(path, page)
     return path
+
+
+@cache
+def _template() -> jinja2.Template:
+    loader = jinja2.FileSystemLoader(_PAGE)
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    return environment.get_template("page.html")
+
+
+def _policy(script: str, style: str) -> str:
+    """Return what a browser may do with the page: run this script, and show what stands beside it."""
+    return "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src '{_hash(script)}'",
+            f"style-src '{_hash(style)}'",
+            "img-src data: 'self' file:",
+            "media-src data: 'self' file:",
+            "base-uri 'none'",
+            "form-action 'none'",
+        ]
+    )
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
 def _document(trials: pd.DataFrame) -> dict[str, Any]:
     """Return what differs between trials as columns and rows, and what does not as one list."""
     varying, common = [], {}
-    for name in trials.columns:
+    for name in map(str, trials.columns):
         values = trials[name]
-        if name in ("trial_id", "status") or values.nunique(dropna=False) > 1:
-            if values.notna().any() and name != "folder":
-                varying.append(str(name))
-        elif len(trials) and not pd.isna(values.iloc[0]):
-            common[str(name)] = _plain(values.iloc[0])
+        if name in (c.TRIAL_ID, c.STATUS) or values.map(str).nunique() > 1:
+            if values.notna().any() and name != c.FOLDER:
+                varying.append(name)
+        elif not _missing(values.iloc[0]) and name != c.FOLDER:
+            common[name] = _plain(values.iloc[0])
     numeric = [name for name in varying if _is_numeric(trials[name])]
-    columns = [{"name": name, "kind": "number" if name in numeric else "text"} for name in varying]
+    columns = [
+        {"name": name, "head": _heading(name), "kind": "number" if name in numeric else "text"}
+        for name in varying
+    ]
     rows = list(zip(*(_column(trials[name]) for name in varying), strict=True))
+    asked = [name for name in c.settings(trials) if name in varying and name != c.SEED]
+    few = [name for name in asked if trials[name].map(str).nunique() <= _MAX_FILTER_VALUES]
     return {
         "columns": columns,
         "rows": rows,
         "common": common,
-        "shown": [name for name in _SHOWN if name in varying],
-        "filters": [name for name in _FILTERS if name in varying],
-        "groups": [name for name in _GROUPS if name in varying] or ["status"],
+        "commonHeads": {name: _heading(name) for name in common},
+        "shown": [name for name in dict.fromkeys((*_SHOWN, *few)) if name in varying],
+        "filters": [name for name in dict.fromkeys((*_FILTERS, *few)) if name in varying],
+        "groups": [name for name in dict.fromkeys((*_GROUPS, *few)) if name in varying] or [c.STATUS],
         "strips": _offered(_STRIPS, numeric),
         "scatter": [_offered(_SCATTER_X, numeric)[0], _offered(_SCATTER_Y, numeric)[0]],
     }
 
 
+def _heading(name: str) -> str:
+    head, unit = head_of(name)
+    return f"{head} [{unit}]" if unit else head
+
+
 def _offered(wanted: tuple[str, ...], there: list[str]) -> list[str]:
-    return [name for name in wanted if name in there] or there[:1] or ["trial_id"]
+    return [name for name in wanted if name in there] or there[:1] or [c.TRIAL_ID]
 
 
 def _is_numeric(values: pd.Series) -> bool:
@@ -121,64 +165,35 @@ def _column(values: pd.Series) -> list[Any]:
     return [_plain(value) for value in values.tolist()]
 
 
+def _missing(value: Any) -> bool:
+    return value is None or value is pd.NA or (isinstance(value, float) and not np.isfinite(value))
+
+
 def _plain(value: Any) -> Any:
-    if value is None or value is pd.NA or (isinstance(value, float) and not np.isfinite(value)):
+    if _missing(value):
         return None
     if isinstance(value, float):
         return float(f"{value:.6g}")
-    return value.item() if hasattr(value, "item") else value
+    value = value.item() if hasattr(value, "item") else value
+    return value if isinstance(value, bool | int | str) else str(value)
 
 
-def _geometry(folders: Mapping[str, Path]) -> tuple[dict[str, Any], list[str]]:
-    """Return the arrays that trials share, and one script element a trial."""
+def _geometry(places: Sequence[Path | None]) -> tuple[dict[str, Any], list[tuple[int, Any]]]:
+    """Return the arrays that trials share, and each trial's geometry by its place in the table."""
     shared: dict[str, Any] = {}
-    elements, size = [], 0
-    for trial_id, folder in folders.items():
-        path = folder / GEOMETRY_FILE
-        if size > _GEOMETRY_BUDGET_BYTES or not path.is_file():
+    found, size = [], 0
+    for number, folder in enumerate(places):
+        if folder is None or size > _GEOMETRY_BUDGET_BYTES:
             continue
-        content = read_geometry(path, shared).replace("<", "\\u003c")
-        size += len(content)
-        elements.append(f'<script type="application/json" id="geometry-{trial_id}">{content}</script>')
-    return shared, elements
+        path = folder / GEOMETRY_FILE
+        geometry = read_geometry(path, shared)
+        if geometry is not None:
+            size += path.stat().st_size
+            found.append((number, geometry))
+    return shared, found
 
 
-def _pictures(
-    folders: Mapping[str, Path], output_dir: Path, mode: Pictures
-) -> dict[str, list[tuple[str, str]]]:
-    """Return (name, address) of each trial's pictures."""
-    if mode == "none":
-        return {}
-    found = {
-        trial_id: (folder, names)
-        for trial_id, folder in folders.items()
-        if (names := sorted(name for name in os.listdir(folder) if name.endswith(".png")))
-    }
-    if mode == "embed" or (mode == "auto" and len(found) <= EMBEDDED_TRIALS):
-        return {
-            trial_id: [(name.removesuffix(".png"), _embedded(folder / name)) for name in names]
-            for trial_id, (folder, names) in found.items()
-        }
-    addresses = {}
-    for trial_id, (folder, names) in found.items():
-        place = Path(os.path.relpath(folder, output_dir)).as_posix()
-        addresses[trial_id] = [(name.removesuffix(".png"), f"{place}/{name}") for name in names]
-    return addresses
-
-
-def _embedded(path: Path) -> str:
-    """Return a picture as a data address, smaller and as JPEG."""
-    image = cv2.imread(str(path))
-    if image is None:
-        return ""
-    scale = _PICTURE_WIDTH_PX / image.shape[1]
-    if scale < 1:
-        image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _PICTURE_QUALITY])
-    return "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode("ascii")
-
-
-def _script_json(value: Any) -> str:
+def _script_json(value: Any) -> Markup:
     """Return JSON that cannot end the script element it stands in."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c")
+    text = json.dumps(value, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))

@@ -8,52 +8,52 @@ from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
 from graspbench.planning import grip_geometry
-from graspbench.report.comparison import THESIS_3_1
-from graspbench.report.row_tables import Column, row_tables, rows_latex
+from graspbench.report.columns import MEASURES
+from graspbench.report.comparison import TITLE, thesis_ratio
+from graspbench.report.tables import Column, Table
+from graspbench.results.grasp_results import GraspResult
+from graspbench.results.trial_result import TrialResult
 
-MEASURES = ("q1", "q2", "q3")
 REFINED_GOAL = 0.97
-TITLE = "Local against global grasps"
 
 COLUMNS = (
-    Column("object", "object", "object"),
-    Column("fingers", "fingers", "$n_f$", 0),
-    Column("k_cm", "k_cm", "$k_{cm}$", 0),
-    Column("measure", "measure", ""),
-    Column("local", "local", "local", 3),
-    Column("refined", "refined", "refined", 3),
-    Column("global", "global", "global", 3),
-    Column("gap", "gap", "gap", 3),
-    Column("optimal", "certified", "cert."),
-    Column("ratio", "local / global", "loc./gl.", 3),
-    Column("thesis", "thesis", "thesis", 3),
-    Column("met", "met", "met"),
-    Column("ratio_refined", "refined / global", "ref./gl.", 3),
-    Column("serial_s", "serial, s", "ser. [s]", 2),
-    Column("parallel_s", "parallel, s", "par. [s]", 2),
-    Column("speedup", "serial / parallel", "ser./par.", 1),
-    Column("distance_mm", "distance, mm", "mm", 1),
+    Column("object", "object"),
+    Column("fingers", "fingers", format="d"),
+    Column("k_cm", "k_cm", format="g"),
+    Column("measure", "measure"),
+    Column("local", "local", format=".3f"),
+    Column("restarted", "restarted", format=".3f"),
+    Column("refined", "refined", format=".3f"),
+    Column("global", "global", format=".3f"),
+    Column("gap", "gap", format=".3f"),
+    Column("optimal", "certified", narrow=False),
+    Column("ratio", "local / global", format=".3f"),
+    Column("thesis", "thesis", format=".3f"),
+    Column("met", "met", narrow=False),
+    Column("ratio_restarted", "restarted / global", format=".3f"),
+    Column("ratio_refined", "refined / global", format=".3f"),
+    Column("serial_s", "serial", "s", ".2f"),
+    Column("parallel_s", "parallel", "s", ".2f"),
+    Column("speedup", "serial / parallel", format=".1f", narrow=False),
+    Column("distance_mm", "distance", "mm", ".1f"),
 )
-
-_NOT_IN_LATEX = ("optimal", "met", "speedup")  # follow from the others; a page is narrow
-
-Result = Any
+"""What people see; the columns that follow from others are left out where room is short."""
 
 
-def comparison_rows(result: Result) -> list[dict[str, Any]]:
+def comparison_rows(result: TrialResult) -> list[dict[str, Any]]:
     """Return a trial's rows, one a measure that was searched; none of a trial that failed.
 
     Args:
-        result: Content of ``result.json``.
+        result: The trial's result.
     """
-    if result["status"] != "done":
+    if result.status != "done":
         return []
-    return [_row(result, measure) for measure in MEASURES if measure in result["global"]]
+    return [_row(result, measure) for measure in MEASURES if measure in result.global_]
 
 
-def contacts(found: Result) -> FloatArray:
+def contacts(found: GraspResult) -> FloatArray:
     """Return a grasp's contact points, shape (n_f, 3), m."""
-    return np.array([contact["point"] for contact in found["contacts"]])
+    return np.array([contact.point for contact in found.contacts])
 
 
 def contact_distance_m(first: FloatArray, second: FloatArray) -> float:
@@ -68,7 +68,7 @@ def is_short(row: Mapping[str, Any]) -> bool:
     return row["met"] == "no" or (refined is not None and refined < REFINED_GOAL)
 
 
-def reason(row: Mapping[str, Any], result: Result, span_m: float) -> str:
+def reason(row: Mapping[str, Any], result: TrialResult, span_m: float) -> str:
     """Say in one sentence how the grasps of a row differ.
 
     Args:
@@ -76,8 +76,9 @@ def reason(row: Mapping[str, Any], result: Result, span_m: float) -> str:
         result: The trial's result.
         span_m: How far apart the hand reaches at all.
     """
-    found, local = result["global"][row["measure"].lower()], result["local"]
-    centroid = np.array(local["centroid"])
+    found, local = result.global_[row["measure"].lower()], result.local
+    assert local is not None, "a trial that is done has a grasp"
+    centroid = np.array(local.centroid)
     wide, turned, away = zip(*(_shape(contacts(grasp), centroid) for grasp in (found, local)), strict=True)
     text = (
         f"the global grasp is {wide[0]:.0f} mm wide (local {wide[1]:.0f}; the hand spans "
@@ -86,10 +87,12 @@ def reason(row: Mapping[str, Any], result: Result, span_m: float) -> str:
         f"{away[0]:.1f} mm from the centroid (local {away[1]:.1f})"
     )
     if row["ratio_refined"] is not None and row["ratio_refined"] < REFINED_GOAL:
-        gap = contact_distance_m(contacts(result["refined"][row["measure"].lower()]), contacts(found))
+        gap = contact_distance_m(contacts(result.refined[row["measure"].lower()]), contacts(found))
         text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
     if not row["optimal"] and row["gap"] is not None:
-        text += f"; the optimum is known within {100 * row['gap']:.0f} % only"
+        text += f"; the optimum is known within {100 * row['gap']:.1f} % only"
+        if found["optimal_up_to_solver"]:
+            text += f": {found['doubtful']} better grasps were refused by the posture solver, no proof"
     return text[0].upper() + text[1:] + "."
 
 
@@ -97,9 +100,12 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the rows say in all."""
     ratios = [row["ratio"] for row in rows if row["ratio"] is not None]
     refined = [row["ratio_refined"] for row in rows if row["ratio_refined"] is not None]
+    restarted = [row["ratio_restarted"] for row in rows if row["ratio_restarted"] is not None]
     thesis = [row for row in rows if row["thesis"] is not None]
     return {
         "mean_ratio": float(np.mean(ratios)) if ratios else None,
+        "tenth_percentile_ratio": float(np.quantile(ratios, 0.1)) if ratios else None,
+        "mean_ratio_restarted": float(np.mean(restarted)) if restarted else None,
         "mean_ratio_refined": float(np.mean(refined)) if refined else None,
         "thesis_cells": len(thesis),
         "thesis_cells_met": sum(row["met"] == "yes" for row in thesis),
@@ -110,68 +116,66 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def comparison_tables(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -> dict[str, str]:
-    """Return the whole table as file contents by file name, with what it says in all below it."""
+def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) -> Table:
+    """Return the table of rows, with what they say in all below it.
+
+    Args:
+        rows: Of `comparison_rows`, of several trials.
+        notes: Further sentences.
+    """
     told = summary(rows)
-    sentences = [
-        "Each measure's global optimum against the local grasp evaluated with the same measure, and against "
-        "that grasp after ascent of the measure.",
-        f"Mean local / global {_percent(told['mean_ratio'])}, refined / global "
+    sentences = (
+        "Local: the grasp that followed the surface while it formed, evaluated with the measure. Restarted: "
+        "a multi-start on the finished surface. Refined: the local grasp after ascent of the measure.",
+        f"Mean local / global {_percent(told['mean_ratio'])} (tenth percentile "
+        f"{_percent(told['tenth_percentile_ratio'])}), restarted / global "
+        f"{_percent(told['mean_ratio_restarted'])}, refined / global "
         f"{_percent(told['mean_ratio_refined'])}; {told['thesis_cells_met']} of {told['thesis_cells']} cells "
         f"reach the thesis' ratio, {told['refined_cells_met']} of {told['refined_cells']} refined ones "
         f"{REFINED_GOAL:g}; {told['certified_cells']} of {told['cells']} optima certified.",
         "Serial: reconstruction, then global search, which knows the local grasp. "
         "Parallel: reconstruction and local planner together.",
         *notes,
-    ]
-    shown = [{**row, "optimal": "yes" if row["optimal"] else "no"} for row in rows]
-    tables = row_tables(shown, COLUMNS, TITLE, sentences, "tab:local-global")
-    narrow = [column for column in COLUMNS if column.key not in _NOT_IN_LATEX]
-    tables["table.tex"] = rows_latex(shown, narrow, TITLE, sentences, "tab:local-global")
-    tables["table.tex"] = tables["table.tex"].replace(
-        r"\centering\footnotesize", r"\centering\scriptsize\setlength{\tabcolsep}{2pt}"
     )
-    return tables
+    return Table("table", TITLE, COLUMNS, tuple(rows), sentences, parted=("object", "k_cm"))
 
 
-def _row(result: Result, measure: str) -> dict[str, Any]:
-    local, found = result["local"], result["global"][measure]
-    refined = result["refined"].get(measure)
-    gain, name = result["index"].get("k_cm"), result["object"]["name"]
-    known = bool(found["contacts"]) and found["value"] > 0
-    ratio = local[measure] / found["value"] if known else None
-    thesis = _thesis_ratio(gain, name, result["index"]["name"], measure)
-    serial_s = local["reconstruction_time_s"] + found["time_s"]
+def _row(result: TrialResult, measure: str) -> dict[str, Any]:
+    local, found, refined = result.local, result.global_[measure], result.refined.get(measure)
+    restarted = result.restarted
+    assert local is not None, "a trial that is done has a grasp"
+    gain, name = result.index.get("k_cm"), result.object.name
+    known = bool(found.contacts) and found.value > 0
+    ratio = local[measure] / found.value if known else None
+    thesis = thesis_ratio(gain, name, result.index["name"], measure)
+    serial_s = local.reconstruction_time_s + found.time_s
     return {
         "object": name,
-        "fingers": result["hand"]["fingers"],
+        "fingers": result.hand.fingers,
         "k_cm": gain,
         "measure": measure.upper(),
         "local": local[measure],
-        "refined": refined["value"] if refined else None,
-        "global": found["value"] if known else None,
-        "upper_bound": found["upper_bound"],
-        "gap": found["gap"],
-        "optimal": found["optimal"],
+        "restarted": restarted[measure] if restarted else None,
+        "refined": refined.value if refined else None,
+        "global": found.value if known else None,
+        "upper_bound": found.upper_bound,
+        "gap": found.gap,
+        "optimal": found.optimal,
         "ratio": ratio,
         "thesis": thesis,
         "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
-        "ratio_refined": refined["value"] / found["value"] if refined and known else None,
-        "reconstruction_s": local["reconstruction_time_s"],
-        "search_s": found["time_s"],
+        "ratio_restarted": restarted[measure] / found.value if restarted and known else None,
+        "found_by": local.found_by,
+        "followed_share": local.followed_share,
+        "ratio_refined": refined.value / found.value if refined and known else None,
+        "reconstruction_s": local.reconstruction_time_s,
+        "search_s": found.time_s,
         "serial_s": serial_s,
-        "parallel_s": local["time_s"],
-        "speedup": serial_s / local["time_s"],
+        "parallel_s": local.time_s,
+        "speedup": serial_s / local.time_s,
         "distance_mm": 1e3 * contact_distance_m(contacts(local), contacts(found)) if known else None,
-        "trial_id": result["trial_id"],
+        "trial_id": result.trial_id,
     }
-
-
-def _thesis_ratio(gain: float | None, name: str, index: str, measure: str) -> float | None:
-    if gain not in (0.0, 1.0) or index != "force_field" or (int(gain), name) not in THESIS_3_1:
-        return None
-    local, best = THESIS_3_1[int(gain), name][MEASURES.index(measure)]
-    return local / best
 
 
 def _shape(points: FloatArray, centroid: FloatArray) -> tuple[float, float, float]:

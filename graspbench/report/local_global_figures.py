@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graspbench.report import style
+from graspbench.report.comparison import TITLE
 from graspbench.report.figures import grasp_image, grasp_legend
-from graspbench.report.local_global import REFINED_GOAL, TITLE
+from graspbench.report.local_global import REFINED_GOAL
 
 if TYPE_CHECKING:
     from graspbench.grasp.configuration import Grasp

@@ -23,12 +23,14 @@ class Interval:
         low: Lower end.
         high: Upper end.
         count: Number of observations.
+        p: Two-sided p value of there being no effect; nan where none is tested.
     """
 
     value: float
     low: float
     high: float
     count: int
+    p: float = np.nan
 
 
 def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> Interval:
@@ -71,7 +73,36 @@ def spearman(x: FloatArray, y: FloatArray, confidence: float = 0.95) -> Interval
     clipped = float(np.clip(rho, -widest, widest))
     half = float(stats.norm.ppf(0.5 + confidence / 2)) * np.sqrt((1 + clipped**2 / 2) / (n - 3))
     low, high = np.tanh(np.arctanh(clipped) + np.array([-half, half]))
-    return Interval(rho, min(rho, float(low)), max(rho, float(high)), n)
+    p = float(stats.spearmanr(a, b).pvalue)
+    return Interval(rho, min(rho, float(low)), max(rho, float(high)), n, p)
+
+
+def corrected(p: FloatArray) -> FloatArray:
+    """Return p values corrected for their number (Benjamini and Hochberg 1995): a share of false finds.
+
+    Args:
+        p: Shape (n,); nan stays nan and does not count.
+    """
+    result = np.full(len(p), np.nan)
+    tested = np.isfinite(p)
+    if tested.any():
+        result[tested] = stats.false_discovery_control(p[tested])
+    return result
+
+
+def check_statistics(names: Sequence[str]) -> None:
+    """Refuse unknown statistics.
+
+    Raises:
+        ConfigurationError: A statistic is unknown.
+    """
+    for name in names:
+        if name not in STATISTICS:
+            close = difflib.get_close_matches(name, STATISTICS, n=1)
+            hint = f"did you mean {close[0]}? " if close else ""
+            raise ConfigurationError(
+                f"unknown statistic '{name}'", remedy=f"{hint}choose from {', '.join(STATISTICS)}"
+            )
 
 
 def aggregate(
@@ -91,13 +122,9 @@ def aggregate(
     Raises:
         ConfigurationError: A column or a statistic is unknown.
     """
-    keys = [_column(trials, name) for name in group]
-    columns = [_column(trials, name) for name in values]
-    for name in statistic:
-        if name not in STATISTICS:
-            raise ConfigurationError(
-                f"unknown statistic '{name}'", remedy=f"choose from {', '.join(STATISTICS)}"
-            )
+    keys = [find_column(trials, name) for name in group]
+    columns = [find_column(trials, name) for name in values]
+    check_statistics(statistic)
     records = []
     for key, rows in trials.groupby(keys, dropna=False, sort=True):
         record: dict[str, object] = dict(zip(keys, key if isinstance(key, tuple) else (key,), strict=True))
@@ -109,8 +136,12 @@ def aggregate(
     return pd.DataFrame(records)
 
 
-def _column(trials: pd.DataFrame, name: str) -> str:
-    """Return the column of that name, or the only one that ends with it: "k_cm" is "index.k_cm"."""
+def find_column(trials: pd.DataFrame, name: str) -> str:
+    """Return the column of that name, or the only one that ends with it: "k_cm" is "index.k_cm".
+
+    Raises:
+        ConfigurationError: There is none, or there are several.
+    """
     columns = [str(column) for column in trials.columns]
     for candidate in (name, f"{name}.name"):
         if candidate in columns:

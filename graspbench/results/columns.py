@@ -21,7 +21,14 @@ _FIRST = ("trial_id", "status", "reason", "success")
 _CHOICE = "choice"
 # Parts of the configuration that every row has: what planning and execution may have set apart, and what
 # an in-hand motion was.
-_ALWAYS = ("quality.friction", "execution.friction", "stations", "motion", "contact.kind", "clik.method")
+_ALWAYS = (
+    "quality.contact",
+    "quality.friction",
+    "stations",
+    "motion",
+    "contact.kind",
+    "clik.method",
+)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from graspbench.results.about import About, Number, Part
 
@@ -47,14 +47,53 @@ class GraspResult(Part):
     ] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LocalResult(GraspResult):
-    """The local planner's grasp, and how it was found."""
+@dataclass(frozen=True)
+class FormedResult(Part):
+    """How good the planner's best grasp was when the surface was formed so far, on the finished surface."""
 
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
     q3: Annotated[Number, About("Largest ball in the grasp wrench space")]
+    followers: Annotated[int, About("Grasps that followed the surface then")]
+
+
+_OLDER = "the result is of an older version"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalResult(GraspResult):
+    """The parallel planner's grasp, and how it was found."""
+
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space")]
+    mirtich_canny: Annotated[
+        Number | None,
+        About(
+            "Area of the outer triangle, within the criterion's thresholds",
+            unit="m^2",
+            empty="not among search.measures, or the grasp is not within the thresholds",
+        ),
+    ] = None
     score: Annotated[Number, About("What the index thinks of the grasp; the index's own unit")]
+    found_by: Annotated[
+        Literal["follower", "restart"] | None,
+        About(
+            "follower: the grasp followed the surface while it formed; restart: no follower became a grasp, "
+            "and it was found from first grasps on the finished surface",
+            empty=_OLDER,
+        ),
+    ] = None
+    followed_share: Annotated[
+        Number | None, About("Share of the contacts that were there before the surface rested", empty=_OLDER)
+    ] = None
+    polish_mm: Annotated[
+        Number | None, About("Mean way of the contacts once the surface rested", empty=_OLDER)
+    ] = None
+    formed: Annotated[
+        Mapping[str, FormedResult],
+        About("The best grasp when the surface was formed to 50, 80 and 100 %, before the hand has its say"),
+    ] = field(default_factory=dict)
     rotations_tried: Annotated[int, About("First grasps that were followed to a local optimum")]
     rejected: Annotated[
         Mapping[str, int], About("Why local optima were no grasps, and how often", column=False)
@@ -80,13 +119,39 @@ class LocalResult(GraspResult):
 
 
 @dataclass(frozen=True, kw_only=True)
+class RestartedResult(GraspResult):
+    """The grasp of a multi-start on the finished surface; no parallel planner could have it in time."""
+
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space")]
+    score: Annotated[Number, About("What the index thinks of the grasp; the index's own unit")]
+    rotations_tried: Annotated[int, About("First grasps that were climbed")]
+    moves: Annotated[int, About("Moves of all grasps that the hand tried")]
+    time_s: Annotated[Number, About("Wall time of the multi-start")]
+
+
+@dataclass(frozen=True, kw_only=True)
 class GlobalGraspResult(GraspResult):
     """The best grasp of the finished surface by one measure, and its certificate."""
 
     value: Annotated[Number, About("The measure of the best grasp", empty="no grasp was found")]
-    upper_bound: Annotated[Number, About("No grasp that meets the constraints has a larger measure")]
+    upper_bound: Annotated[Number, About("No grasp that meets the constraints has a larger measure: proved")]
     gap: Annotated[Number, About("(upper_bound - value) / upper_bound")]
     optimal: Annotated[bool, About("Whether it is proved that no grasp is better")]
+    upper_bound_up_to_solver: Annotated[
+        Number, About("No grasp that the posture solver finds a hand for has a larger measure")
+    ]
+    optimal_up_to_solver: Annotated[
+        bool, About("Whether every grasp that would be better was refused by the posture solver")
+    ]
+    doubtful: Annotated[
+        int | None,
+        About(
+            "Grasps that would be better, refused by the solver but not proved to be out of reach",
+            empty="the result is of a version that did not count them",
+        ),
+    ]
     evaluated: Annotated[int, About("Grasps whose measure was computed")]
     pruned: Annotated[Number, About("Share of all combinations excluded without being evaluated")]
     placements: Annotated[int, About("Grasps that the hand was asked to hold")]

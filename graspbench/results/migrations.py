@@ -58,7 +58,25 @@ def _from_2(result: Result, path: Path) -> Result:
         config.setdefault("clik", {"method": result.get("method")})
     elif result.get("execution") is None and result.get("status") == "done":
         more["success"] = None
+    if isinstance(result.get("global"), dict):
+        more["global"] = _up_to_solver(result["global"])
     return {**result, **more}
+
+
+def _up_to_solver(optima: Result) -> Result:
+    """Before version 3 what the posture solver refused counted as excluded: the bounds were up to it."""
+    return {
+        measure: {
+            **found,
+            "upper_bound": None,
+            "gap": None,
+            "optimal": False,
+            "upper_bound_up_to_solver": found.get("upper_bound"),
+            "optimal_up_to_solver": found.get("optimal", False),
+            "doubtful": None,
+        }
+        for measure, found in optima.items()
+    }
 
 
 def _config_beside(path: Path) -> Result:

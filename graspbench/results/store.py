@@ -11,11 +11,11 @@ import json
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from graspbench.errors import LogError
+from graspbench.errors import LogError, OutputError
 from graspbench.results.columns import parquet_bytes, results_frame
 from graspbench.results.migrations import SCHEMA_VERSION, migrate
 from graspbench.results.plain import result_from_plain
@@ -74,8 +74,10 @@ class ResultStore:
         Two sweeps in one folder, also on two machines that share it, so never run a trial at the same
         time. A claim is a lock on one byte of one file: it ends with the process, however that ends.
         """
-        self.root.mkdir(parents=True, exist_ok=True)
-        with (self.root / _CLAIMS_FILE).open("ab") as stream:
+        with writable(self.root):
+            self.root.mkdir(parents=True, exist_ok=True)
+            stream = (self.root / _CLAIMS_FILE).open("ab")
+        with stream:
             try:
                 fcntl.lockf(stream, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(trial_id, 16))
             except OSError:
@@ -87,14 +89,17 @@ class ResultStore:
     def writing(self, trial_id: str) -> Iterator[Path]:
         """Give a folder to write a trial into; it gets its final name on a clean exit, else it goes."""
         partial = self.root / f".{trial_id}.{os.getpid()}.partial"
+        made = [folder for folder in (self.root, *self.root.parents) if not folder.exists()]
         shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
+        with writable(self.root):
+            partial.mkdir(parents=True)
         try:
             yield partial
         except BaseException:
-            self._discard(partial)
+            _discard(partial, made)
             raise
-        self._publish(partial, self.root / trial_id)
+        with writable(self.root):
+            self._publish(partial, self.root / trial_id)
         for left in self.remains(trial_id):
             shutil.rmtree(left, ignore_errors=True)
 
@@ -128,11 +133,30 @@ class ResultStore:
             shutil.rmtree(partial)  # another process has just finished the same trial
         shutil.rmtree(old, ignore_errors=True)
 
-    def _discard(self, partial: Path) -> None:
-        shutil.rmtree(partial, ignore_errors=True)
-        for folder in (self.root, self.root.parent):
-            if folder.is_dir() and not any(folder.iterdir()):
-                folder.rmdir()
+
+def _discard(partial: Path, made: list[Path]) -> None:
+    """Remove what a trial that failed has written, and the folders that were made for it."""
+    shutil.rmtree(partial, ignore_errors=True)
+    for folder in made:
+        with suppress(OSError):  # somebody else has written there meanwhile
+            folder.rmdir()
+
+
+@contextmanager
+def writable(path: Path) -> Iterator[None]:
+    """Turn what the system says when a place cannot be written into one sentence.
+
+    Raises:
+        OutputError: It cannot.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(
+            f"nothing can be written to {path} ({error.strerror or error})",
+            remedy="choose another place with --output, or make room there",
+            path=path,
+        ) from error
 
 
 def _old(final: Path) -> Path:
@@ -206,11 +230,20 @@ def _readable(path: Path, trial_id: str) -> TrialResult:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file so that readers see the old content or the new, never a part."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a file so that readers see the old content or the new, never a part.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    with temporary.open("wb") as stream:
-        stream.write(content.encode() if isinstance(content, str) else content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(temporary, path)
+    with writable(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with temporary.open("wb") as stream:
+                stream.write(content.encode() if isinstance(content, str) else content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise

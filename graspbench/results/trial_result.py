@@ -9,7 +9,12 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 from graspbench.results.about import About, Number, Part
-from graspbench.results.grasp_results import GlobalGraspResult, LocalResult, RefinedGraspResult
+from graspbench.results.grasp_results import (
+    GlobalGraspResult,
+    LocalResult,
+    RefinedGraspResult,
+    RestartedResult,
+)
 from graspbench.results.physical_results import ExecutedResult, ManipulationSummary, PlayedResult
 
 Status = Literal["done", "failed", "timeout", "crashed", "unreadable"]
@@ -112,7 +117,11 @@ class TrialResult(Part):
     index: Annotated[Mapping[str, Any], About("The index and its parameters, as in index.*")] = field(
         default_factory=dict
     )
-    local: Annotated[LocalResult | None, About("The local planner's grasp", empty=_NOT_PLANNED)] = None
+    local: Annotated[LocalResult | None, About("The parallel planner's grasp", empty=_NOT_PLANNED)] = None
+    restarted: Annotated[
+        RestartedResult | None,
+        About("The grasp of a multi-start on the finished surface", empty="planner.restart is off"),
+    ] = None
     global_: Annotated[
         Mapping[str, GlobalGraspResult],
         About("The best grasp by each measure", empty="the measure was not searched for"),

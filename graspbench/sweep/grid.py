@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from graspbench.config.compose import expand_sweep
+from graspbench.config.engine import EngineParameters
 from graspbench.config.trial_config import TrialConfig, kind_of, load_any_config
 from graspbench.results.store import ResultStore
 from graspbench.results.trial_result import TrialResult
-from graspbench.sweep.engine import EngineParameters
 from graspbench.sweep.worker import Limits, PendingTrial, run_task
 
 

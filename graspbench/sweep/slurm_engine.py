@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from graspbench.config.engine import EngineParameters
 from graspbench.errors import ConfigurationError
 from graspbench.results.store import ResultStore
 from graspbench.results.trial_result import TrialResult
-from graspbench.sweep.engine import EngineParameters
 from graspbench.sweep.worker import Limits, PendingTrial
 from graspbench.trial.runner import failed_result
 

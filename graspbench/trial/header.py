@@ -1,6 +1,8 @@
 """What is known of a trial before it runs."""
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import GraspbenchError
+from graspbench.geometry import object_name
 from graspbench.results.migrations import SCHEMA_VERSION
 from graspbench.results.trial_result import HandResult, ObjectResult, TrialResult
 
@@ -17,10 +19,18 @@ def started_result(config: TrialConfig) -> TrialResult:
         choice=dict(config.choice),
         overridden=config.overridden,
         config=tree,
-        object=ObjectResult(str(tree["object"]["name"])),
+        object=ObjectResult(_object_name(config)),
         hand=HandResult(str(tree["hand"]["name"]), int(tree["hand"]["fingers"])),
         index=tree["index"],
     )
+
+
+def _object_name(config: TrialConfig) -> str:
+    """Return what the object is called even if it turns out that it cannot be loaded."""
+    try:
+        return object_name(config.object)
+    except (GraspbenchError, OSError):
+        return config.object.name
 
 
 def executes(config: TrialConfig) -> bool:

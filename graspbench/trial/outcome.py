@@ -8,15 +8,18 @@ import trimesh
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
 from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, RefinedGrasp
+from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp, SearchParameters
+from graspbench.planning.global_search import outer_triangle_m2
 from graspbench.reconstruction import Surface
 from graspbench.results.about import picked
 from graspbench.results.grasp_results import (
     ContactResult,
+    FormedResult,
     GlobalGraspResult,
     LocalResult,
     PostureResult,
     RefinedGraspResult,
+    RestartedResult,
 )
 from graspbench.results.physical_results import ExecutedResult, PhaseResult
 from graspbench.results.trial_result import ObjectResult, ReconstructionResult
@@ -26,12 +29,15 @@ if TYPE_CHECKING:
     from graspbench.trial.planned import PlannedTrial
 
 
-def local_result(trial: "PlannedTrial", quality: QualityParameters | None = None) -> LocalResult:
+def local_result(
+    trial: "PlannedTrial", quality: QualityParameters | None = None, search: SearchParameters | None = None
+) -> LocalResult:
     """Return the local planner's grasp and how it was found.
 
     Args:
         trial: The planned trial.
         quality: Asks for further measures; None for none.
+        search: Says which measures are searched for; None for none.
     """
     plan, last = trial.plan, trial.surfaces[-1]
     found: LocalResult = picked(
@@ -40,8 +46,32 @@ def local_result(trial: "PlannedTrial", quality: QualityParameters | None = None
         **_grasp(plan.grasp),
         **plan.quality._asdict(),
         **_verification(trial),
+        formed=_formed(plan),
+        mirtich_canny=None if search is None else _outer_triangle(plan.grasp, search),
         measures={} if quality is None else _measures(plan.grasp, last, quality),
     )
+    return found
+
+
+def restarted_result(plan: LocalPlan) -> RestartedResult:
+    """Return the grasp of the multi-start on the finished surface."""
+    found: RestartedResult = picked(
+        RestartedResult, plan, **_grasp(plan.grasp), **plan.quality._asdict(), measures={}
+    )
+    return found
+
+
+_FORMED = (0.5, 0.8, 1.0)
+
+
+def _formed(plan: LocalPlan) -> dict[str, FormedResult]:
+    """Return how good the best grasp was when the surface was formed half, to four fifths, and wholly."""
+    found = {}
+    for share in _FORMED:
+        reached = [step for step in plan.steps if step.formed >= share - 1e-9]
+        if reached:
+            step = reached[0]
+            found[f"{100 * share:.0f}"] = FormedResult(**step.quality._asdict(), followers=step.followers)
     return found
 
 
@@ -66,11 +96,11 @@ def refined_results(refined: Mapping[str, RefinedGrasp]) -> dict[str, RefinedGra
 
 
 def ratios(local: LocalResult, best: Mapping[str, GlobalGraspResult]) -> dict[str, float]:
-    """Return local over global for each measure that was searched and that a local grasp has."""
+    """Return local over global for each measure that was searched and that is known of both grasps."""
     return {
-        measure: getattr(local, measure) / found.value
+        measure: local[measure] / found.value
         for measure, found in best.items()
-        if found.value > 0 and hasattr(local, measure)
+        if local[measure] is not None and found.value > 0
     }
 
 
@@ -116,6 +146,12 @@ def _verification(trial: "PlannedTrial") -> dict[str, Any]:
     body = trimesh.Trimesh(last.points, last.network.faces, process=False)
     violations = trial.checker.verify(grasp.posture, grasp.points, grasp.normals, body)
     return {"verified": not violations, "violations": tuple(violations)}
+
+
+def _outer_triangle(grasp: Grasp, search: SearchParameters) -> float | None:
+    """Return the area of a grasp's outer triangle if that is searched for, by the criterion searched for."""
+    wanted = search.enabled and "mirtich_canny" in search.measures
+    return outer_triangle_m2(grasp, search) if wanted else None
 
 
 def _measures(grasp: Grasp | None, surface: Surface, quality: QualityParameters) -> dict[str, float]:

@@ -8,14 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
     JointPath,
+    LocalPlan,
     RefinedGrasp,
     centre_gain,
     fingertip_paths,
+    make_index,
     plan_global,
+    plan_restarted,
     refine,
     track,
 )
@@ -34,6 +38,7 @@ from graspbench.trial.outcome import (
     ratios,
     reconstruction_result,
     refined_results,
+    restarted_result,
 )
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
@@ -54,14 +59,17 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
     with planned_trial(config, clock) as trial:
         with clock.stage("record"):
             _record_plan(log, trial)
-        best = _plan_global(config, trial, clock)
-        refined = _refine(config, trial, clock)
+        restarted = _restart(config, trial, clock)
+        refined = _refine(config, trial, restarted, clock)
+        best = _plan_global(config, trial, restarted, refined, clock)
         paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
         execution = _execute(config, trial, motion, clock)
 
-    result = clock.run("figures_of_merit", partial(_result, config, trial, best, refined, execution))
+    result = clock.run(
+        "figures_of_merit", partial(_result, config, trial, restarted, best, refined, execution)
+    )
     with clock.stage("record"):
         if execution is not None:
             log.motion(trial.hand.joint_names, execution.motion)
@@ -74,8 +82,29 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
     return result
 
 
-def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure, under the same constraints."""
+def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
+    """Plan by multi-start on the finished surface, if that is asked for."""
+    if not config.planner.restart:
+        return None
+    fingers, quality = config.hand.fingers, config.quality
+    index = make_index(config.index_name, config.index, fingers, quality)
+    return clock.run(
+        "restart",
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+    )
+
+
+def _plan_global(
+    config: TrialConfig,
+    trial: PlannedTrial,
+    restarted: LocalPlan | None,
+    refined: Mapping[str, RefinedGrasp],
+    clock: StageClock,
+) -> dict[str, GlobalResult]:
+    """Search the finished surface for the best grasp by each measure, under the same constraints.
+
+    The search begins with all grasps that are known, so none of them is better than its bound.
+    """
     if not config.search.enabled:
         return {}
 
@@ -87,8 +116,8 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
             config.quality,
             config.search,
             checker=trial.checker,
-            centre_tolerance_m=_centre_tolerance(config, trial),
-            starts=(trial.plan.grasp,),
+            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
+            starts=_known(trial.plan, restarted, *refined.values()),
         )
 
     return {
@@ -97,7 +126,13 @@ def _plan_global(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
     }
 
 
-def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict[str, RefinedGrasp]:
+def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+    return tuple(each.grasp for each in found if each is not None)
+
+
+def _refine(
+    config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None, clock: StageClock
+) -> dict[str, RefinedGrasp]:
     """Climb each measure from the local grasp, under the constraints of the global search."""
     if not config.search.refine:
         return {}
@@ -109,7 +144,7 @@ def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict
             measure,
             config.quality,
             checker=trial.checker,
-            centre_tolerance_m=_centre_tolerance(config, trial),
+            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
             parameters=config.planner.refine,
         )
 
@@ -120,15 +155,15 @@ def _refine(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> dict
     }
 
 
-def _centre_tolerance(config: TrialConfig, trial: PlannedTrial) -> float | None:
+def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None) -> float | None:
     """Return how far the centre of grip may be from the centroid; None when the index does not ask.
 
-    The search gets at least the freedom that the local grasp took, or the two could not be compared.
+    The search gets at least the freedom that the planned grasps took, or they could not be compared.
     """
     if not centre_gain(config.index_name, config.index):
         return None
-    grasp = trial.plan.grasp
-    taken = float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid))
+    grasps = [trial.plan.grasp] if restarted is None else [trial.plan.grasp, restarted.grasp]
+    taken = max(float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid)) for grasp in grasps)
     return max(config.search.centre_tolerance_m, 1.001 * taken)
 
 
@@ -155,17 +190,19 @@ def _execute(
 def _result(
     config: TrialConfig,
     trial: PlannedTrial,
+    restarted: LocalPlan | None,
     best: Mapping[str, GlobalResult],
     refined: Mapping[str, RefinedGrasp],
     execution: ExecutionResult | None,
 ) -> TrialResult:
     surface, quality = trial.surfaces[-1], config.quality
-    local, optima = local_result(trial, quality), global_results(best, surface, quality)
+    local, optima = local_result(trial, quality, config.search), global_results(best, surface, quality)
     return dataclasses.replace(
         started_result(config),
         success=None if execution is None else execution.success,
         object=object_result(trial),
         local=local,
+        restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
         ratio=ratios(local, optima),
         refined=refined_results(refined),

@@ -14,7 +14,7 @@ from graspbench.errors import InputError, TrialError
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore
+from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, writable
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.trial.clock import StageClock
 from graspbench.trial.header import executes, started_result
@@ -103,7 +103,8 @@ def run_and_store(
     """
     started, text = time.time(), config.as_yaml()
     with store.writing(config.trial_id) as folder:
-        (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
+        with writable(folder):
+            (folder / CONFIG_FILE).write_text(text, encoding="utf-8")
         try:
             with TrialLog(folder / _PROCEDURES[config.kind][2], config.record) as log:
                 log.attach(CONFIG_FILE, text)
@@ -115,7 +116,8 @@ def run_and_store(
             (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
             result = _unfinished(config, "failed", _reason(error))
         result = dataclasses.replace(result, provenance=provenance(started))
-        (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
+        with writable(folder):
+            (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
 
 

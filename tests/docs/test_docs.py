@@ -61,6 +61,13 @@ def test_configuration_reference_is_in_step(cli):  # noqa: F811
     )
 
 
+def test_columns_reference_is_in_step(cli):  # noqa: F811
+    written = (DOCS / "reference/columns.md").read_text(encoding="utf-8")
+    assert written == cli("config", "--columns").stdout, (
+        "run: graspbench config --columns > docs/reference/columns.md"
+    )
+
+
 def test_site_builds_without_a_warning(tmp_path):
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(DOCS), str(tmp_path / "site")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -52,7 +52,7 @@ def test_stages_cost_and_growth_are_in_tables_and_a_picture(bench):
     assert [row["over"] for row in document["growth"]] == ["nodes", "images"]
     with (output / "reconstruction.csv").open(newline="") as stream:
         assert [row["method"] for row in csv.DictReader(stream)] == [r["method"] for r in document["rows"]]
-    assert "## reconstruction-cost" in (output / "reconstruction.md").read_text()
+    assert "### reconstruction: cost" in (output / "reconstruction.md").read_text()
     assert cv2.imread(document["figures"][0]).shape[1] == 1500
     assert not list(output.glob(".*"))
 

@@ -1,5 +1,7 @@
 """``graspbench objects show | check``."""
 
+import os
+
 import pandas as pd
 import trimesh
 from PIL import Image
@@ -74,5 +76,16 @@ def test_meshes_of_one_file_name_are_rows_of_their_own(cli, tmp_path):
     groups = (tmp_path / "r" / "report" / "groups.md").read_text()
     assert "crate" in groups
     assert "tin" in groups
-    named = cli("run", f"object.mesh={tmp_path / 'tin' / 'textured.obj'}", "object.name=banana", *quick[:3])
-    assert "banana" in named.stdout
+    mesh = f"object.mesh={tmp_path / 'tin' / 'textured.obj'}"
+    named = cli("run", mesh, "object.name=banana", *quick[:3], "-o", tmp_path / "one", "--json")
+    assert named.document["object"]["name"] == "banana"
+
+
+def test_files_without_an_end_are_refused_in_a_sentence(cli, tmp_path):
+    os.mkfifo(tmp_path / "pipe.obj")
+    (tmp_path / "memory.obj").symlink_to("/proc/self/mem")
+    for mesh in ("/proc/self/mem", tmp_path / "pipe.obj", tmp_path / "memory.obj"):
+        finished = cli("run", f"object.mesh={mesh}", "search.enabled=false", "execution=off", "record=off")
+        assert finished.code == 2
+        assert "Traceback" not in finished.stderr
+        assert finished.stderr.strip().splitlines()[-1].startswith("graspbench: ")

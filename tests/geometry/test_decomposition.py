@@ -51,3 +51,25 @@ def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     blocked.write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     assert len(convex_parts(l_shape())) >= 2
+
+
+def test_the_hole_of_a_ring_and_the_cavity_of_a_cup_stay_open():
+    ring = trimesh.creation.torus(0.04, 0.008, major_sections=48, minor_sections=24)
+    assert deepest(ring, [(0.02 * np.cos(a), 0.02 * np.sin(a), 0.0) for a in range(7)]) < 0.0
+    outside = to_manifold(*arrays(trimesh.creation.cylinder(0.03, 0.08)))
+    within = to_manifold(*arrays(trimesh.creation.cylinder(0.027, 0.08))).translate((0.0, 0.0, 0.004))
+    cup = outside - within
+    mesh = cup.to_mesh64()
+    body = trimesh.Trimesh(np.asarray(mesh.vert_properties), np.asarray(mesh.tri_verts), process=False)
+    inside = [(0.02 * np.cos(a), 0.02 * np.sin(a), z) for a in range(7) for z in (-0.025, 0.0, 0.03)]
+    assert deepest(body, inside) < 0.0
+    assert deepest(body, [(0.0285, 0.0, 0.0), (0.0, -0.0285, 0.02), (0.0, 0.0, -0.038)]) >= 0.0
+
+
+def deepest(mesh, points):
+    """Return how far the deepest of the points is inside the parts of a mesh, m; negative outside."""
+    depths = []
+    for part in convex_parts(mesh):
+        offsets = np.einsum("ij,ij->i", part.face_normals, part.triangles[:, 0])
+        depths.append(np.min(offsets[:, None] - part.face_normals @ np.transpose(points), axis=0))
+    return np.max(depths)

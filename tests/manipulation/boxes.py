@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.manipulation import charts
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
-from graspbench.manipulation.tree import KinematicTree
+from graspbench.manipulation.kinematic_tree import KinematicTree
 
 
 def box_hand(points, normals, kind, joints=3, seed=0):

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from graspbench.manipulation import charts
-from graspbench.manipulation.tree import KinematicTree
+from graspbench.manipulation.kinematic_tree import KinematicTree
 
 
 def random_tree(rng, fingers=4, joints=4, shared=1):

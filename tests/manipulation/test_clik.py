@@ -10,7 +10,7 @@ from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
 from graspbench.manipulation.loop import simulate
 from graspbench.manipulation.motion import Segment, Trajectory, line
-from graspbench.manipulation.task import build_tasks
+from graspbench.manipulation.secondary_task import build_tasks
 from tests.manipulation.cases import random_tree
 from tests.oracles.prioritised_velocity import prioritised_velocity
 

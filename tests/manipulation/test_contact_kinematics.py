@@ -5,15 +5,15 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.errors import ConfigurationError, ManipulationError
 from graspbench.manipulation import charts
-from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, contact_columns
-from graspbench.manipulation.rotations import (
+from graspbench.manipulation.compiled.rotations import (
     axis_angle_matrix,
     euler_angles,
     euler_matrix,
     rotation_error,
     rotation_matrix,
 )
-from graspbench.manipulation.tree import planar_tree, tree_from_pinocchio
+from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, contact_columns
+from graspbench.manipulation.kinematic_tree import planar_tree, tree_from_pinocchio
 from tests.manipulation.cases import CHARTS, random_tree, turn_between
 
 STEP = 1e-6
@@ -58,13 +58,13 @@ def test_extended_fingers_match_central_differences(chart_case):
             )
 
 
-def test_finger_jacobian_matches_central_differences():
+def test_tip_jacobians_match_central_differences():
     rng = np.random.default_rng(1)
     system = make_system(CHARTS["sphere"][0], rng)
     for _ in range(100):
         joints, variables = random_configuration(system, CHARTS["sphere"], rng)
         state = system.state(joints, variables)
-        blocks = [state.finger_jacobian(i).copy() for i in range(4)]
+        blocks = state.tip_jacobians.copy()
         direction = rng.normal(size=system.n_joints)
         ends = []
         for sign in (-1, 1):
@@ -125,7 +125,7 @@ def test_contact_jacobians_have_full_rank_for_every_type(chart_case):
     system = make_system(chart_case[0], rng)
     state = system.state(*random_configuration(system, chart_case, rng))
     for i, free in enumerate((5, 3, 2, 3)):
-        block = state.contact_jacobian(i)
+        block = state.jacobian[6 * i : 6 * i + 6, contact_columns(system, i)]
         assert block.shape == (6, free)
         assert np.linalg.matrix_rank(block, tol=1e-8) == free
 

@@ -10,7 +10,7 @@ from graspbench.manipulation.contact_kinematics import Contact, ManipulationSyst
 from graspbench.manipulation.integration import INTEGRATORS, step
 from graspbench.manipulation.motion import Segment, Trajectory, line
 from graspbench.manipulation.qp import DistanceLimit, QpParameters
-from graspbench.manipulation.task import build_tasks
+from graspbench.manipulation.secondary_task import build_tasks
 from tests.manipulation.cases import random_tree
 
 PERIOD = 1e-2
@@ -116,7 +116,7 @@ def test_levels_return_the_projection_too():
     clik = Clik(system, path, parameters(), tasks())
     velocity = clik.velocity(0.1, q, eta)
     hierarchy = clik._qp
-    task = clik.task_jacobians(0.1)
+    task = [task.evaluate(clik.state).jacobian for task in clik.tasks.values()]
     found = hierarchy._solve_levels(clik.state, velocity, clik.wanted, task)
     np.testing.assert_allclose(found, velocity, atol=1e-6)
     assert hierarchy.levels_solved >= 2

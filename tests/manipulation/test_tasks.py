@@ -4,7 +4,7 @@ import pytest
 from graspbench.errors import ConfigurationError
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem
-from graspbench.manipulation.task import TASKS, build_tasks
+from graspbench.manipulation.secondary_task import TASKS, build_tasks
 from tests.manipulation.cases import CHARTS, random_tree
 
 STEP = 1e-6

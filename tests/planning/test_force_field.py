@@ -240,14 +240,15 @@ def test_polygon_grows_when_the_plane_is_freed_from_the_centroid():
     start = near(surface, [[1, 0, 0], [-0.5, 0.866, 0], [-0.5, -0.866, 0]])
     areas = {}
     for k_cm in (0.0, 1.0):
-        end = climb(ForceField(ForceFieldParameters(k_cm=k_cm), 3), surface, start)
+        end = climb(ForceField(ForceFieldParameters(k_cm=k_cm, rest="potential"), 3), surface, start)
         areas[k_cm] = grip_geometry(surface.points[end], surface.centroid).area_m2
     assert areas[0.0] > 1.05 * areas[1.0]
 
 
-def test_compiled_climb_takes_the_same_way_as_proposals():
+@pytest.mark.parametrize("rest", ["balance", "potential", "single"])
+def test_compiled_climb_takes_the_same_way_as_proposals(rest):
     surface = radial(lopsided)
-    index = ForceField(ForceFieldParameters(), 3)
+    index = ForceField(ForceFieldParameters(rest=rest), 3)
     start = near(surface, [[1, 0, 0.4], [-0.5, 0.866, 0.4], [-0.5, -0.866, 0.4]])
     everywhere = np.ones(len(surface.points), dtype=np.bool_)
     path = index.climb(surface, start, everywhere, thorough=True, max_moves=300)

@@ -145,6 +145,7 @@ class Refusing:
     def __init__(self, accepts):
         self.hand = load_hand(HandParameters(fingers=3))
         self.ground_height_m = None
+        self.pair_limit_m = 1.0
         self._accepts = accepts
         self._real = GraspChecker(self.hand, None)
 

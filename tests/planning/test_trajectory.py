@@ -8,7 +8,7 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, HandParameters, load_hand
 from graspbench.planning.parameters import PathParameters
 from graspbench.planning.tracking import track
-from graspbench.planning.trajectory import fingertip_paths, low_pass
+from graspbench.planning.trajectory import fingertip_paths
 from tests.planning.shapes import ellipsoid, lifted
 
 HAND = load_hand(HandParameters(fingers=3))
@@ -35,13 +35,6 @@ def history():
     posture = GraspChecker(HAND).place(last.points, last.normals)
     assert posture is not None
     return [*way, Grasp(last.vertices, last.points, last.normals, last.centroid, posture)]
-
-
-def test_low_pass_knows_only_what_came_before():
-    values = np.array([0.0, 1.0, 1.0, 5.0])
-    np.testing.assert_allclose(low_pass(values, 0.5), [0.0, 0.5, 0.75, 2.875])
-    np.testing.assert_allclose(low_pass(values[:3], 0.5), low_pass(values, 0.5)[:3])
-    np.testing.assert_allclose(low_pass(values, 1.0), values)
 
 
 def test_tips_keep_their_distance_and_close_along_the_normal(history):

@@ -1,9 +1,13 @@
 """The report's page: what is in it, and that it works in a browser without a network."""
 
 import base64
+import io
 import json
+import os
 import re
+from csv import reader as csv_reader
 from pathlib import Path
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -13,6 +17,7 @@ import pytest
 from graspbench.errors import LogError
 from graspbench.report.geometry import read_geometry, trial_geometry, unpack_points, write_geometry
 from graspbench.report.html import write_page
+from graspbench.report.tables import plain_table
 from tests.report import browser
 
 NAMES = ("teddy", "duck", "bottle", "teddy", "duck", "</script><b>mug")
@@ -45,7 +50,7 @@ def test_geometry_is_kept_to_a_hundredth_of_a_millimetre(trial, paths, tmp_path)
     surface = trial.surfaces[-1]
     shared = {}
     path = write_geometry(*trial_geometry(surface, trial.grasp, paths), tmp_path)
-    geometry = json.loads(read_geometry(path, shared))
+    geometry = read_geometry(path, shared)
     (mesh,) = geometry["meshes"]
     np.testing.assert_allclose(unpack_points(mesh["points"]), surface.points, atol=1e-5)
     faces = np.frombuffer(base64.b64decode(shared[mesh["faces"]]), dtype="<u2")
@@ -66,7 +71,7 @@ def test_page_is_one_file_that_asks_for_nothing_else(experiment, tmp_path):
 def test_pictures_of_many_trials_are_linked_to(experiment, tmp_path):
     trials, folders = experiment
     page = write_page(trials, tmp_path / "results" / "report", folders, pictures="link").read_text()
-    addresses = re.findall(r'\["grasp","([^"]+)"\]', page)
+    addresses = re.findall(r'\["picture","grasp","([^"]+)"\]', page)
     assert len(addresses) == 4
     assert all((tmp_path / "results" / "report" / address).is_file() for address in addresses)
 
@@ -86,10 +91,46 @@ def test_page_sorts_filters_and_draws_in_a_browser(experiment, tmp_path):
         window.open(page)
         _sorts_and_filters(window)
         _shows_a_trial(window)
+        _saves_plots(window)
+        _keeps_filters_in_the_address(window, page)
         window.resize(390, 844)
         window.open(page)
         assert window.run("return document.documentElement.scrollWidth") <= 390
         assert window.console() == []
+
+
+def _keeps_filters_in_the_address(window, page):
+    window.run("location.hash = ''; location.reload()")
+    pick = """
+        const box = document.getElementById(arguments[0]); box.value = arguments[1];
+        box.dispatchEvent(new Event('change'));
+    """
+    window.run(pick, "filter-object.name", "duck")
+    window.run(pick, "choice-group", "object.name")
+    address = window.run("return location.href")
+    assert "object.name=duck" in address
+    window.run("location.href = 'about:blank'")
+    window.run("location.href = arguments[0]", address)
+    assert window.run("return document.getElementById('filter-object.name').value") == "duck"
+    assert "2 of 6 trials" in window.run("return document.getElementById('summary').textContent")
+
+
+def _saves_plots(window):
+    kept = """
+        window.saved = [];
+        URL.createObjectURL = blob => { blob.text().then(text => window.saved.push(text)); return 'blob:x'; };
+        HTMLAnchorElement.prototype.click = function () { window.named = this.download; };
+        for (const kind of ['svg', 'csv']) document.getElementById(`save-strip-${kind}`).click();
+    """
+    window.run(kept)
+    svg, csv = window.run("return new Promise(done => setTimeout(() => done(window.saved), 200))")
+    root = ElementTree.fromstring(svg)
+    assert root.tag == "{http://www.w3.org/2000/svg}svg"
+    assert root.findall(".//{*}circle")
+    rows = list(csv_reader(io.StringIO(csv)))
+    assert rows[0] == ["trial_id", "object.name", "ratio.q1"]
+    assert len(rows) == 1 + len(root.findall(".//{*}circle"))
+    assert window.run("return window.named") == "strip.csv"
 
 
 def _sorts_and_filters(window):
@@ -144,3 +185,91 @@ def test_every_script_of_the_page_is_used():
     folder = Path(write_page.__code__.co_filename).parent / "page"
     text = (folder.parent / "html.py").read_text()
     assert all(path.name in text for path in folder.iterdir())
+
+
+HOSTILE = (
+    "</script><script>window.hacked=1</script>", "{{geometry}}", "{{data}}", "{% raw %}",
+    "<img src=x onerror=hacked=1>",
+    "\"><svg onload=hacked=1>", "javascript:hacked=1", "__proto__", "../../../etc/passwd",
+    "=cmd|'/c calc'!A1",
+)  # fmt: skip
+
+
+@pytest.fixture
+def attack(tmp_path, trial, paths):
+    """A results folder of an attacker: names, ids, links, and files that are not what they seem."""
+    secret = tmp_path / "secret.png"
+    cv2.imwrite(str(secret), np.full((8, 8, 3), 255, np.uint8))
+    rows, folders = [], {}
+    for k, text in enumerate(HOSTILE):
+        rows.append(
+            {
+                "trial_id": text, "status": "done", "success": None if k % 2 else bool(k % 4),
+                "reason": text, "object.name": text, "hand.name": "radial", "index.name": text, "seed": k,
+                "local.q1": 0.1 * k,
+                f"choice.{text}": text, "ratio.q1": 0.5,
+            }
+        )  # fmt: skip
+        folder = tmp_path / "results" / f"{k:010x}"
+        folder.mkdir(parents=True)
+        folders[text] = folder
+        (folder / "link.png").symlink_to(secret)
+        (folder / "fake.png").write_text("<script>window.hacked=1</script>")
+        cv2.imwrite(str(folder / "a'onerror=hacked=1 %22.png"), np.zeros((8, 8, 3), np.uint8))
+        write_geometry(*trial_geometry(trial.surfaces[-1], trial.grasp, paths), folder)
+    for k, content in enumerate((b"", b"{", b"\xff\xfe", b"[" * 100_000, b'{"meshes":"</script>"}\n{}')):
+        (folders[HOSTILE[k]] / "geometry.jsonl").write_bytes(content)
+    os.remove(folders[HOSTILE[5]] / "geometry.jsonl")
+    os.mkfifo(folders[HOSTILE[5]] / "geometry.jsonl")
+    return pd.DataFrame(rows), folders
+
+
+@pytest.mark.parametrize("pictures", ["embed", "link"])
+def test_a_hostile_folder_gives_a_page_that_reads_nothing_outside_it(attack, tmp_path, pictures):
+    trials, folders = attack
+    page = write_page(trials, tmp_path / "out", folders, title=HOSTILE[0], pictures=pictures)
+    text = page.read_text()
+    assert "<script>window.hacked" not in text
+    assert "secret" not in text
+    assert text.count("link.png") == 0
+    assert len(re.findall(r'id="geometry-', text)) == len(HOSTILE) - 6
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    assert {kind for media in data["media"].values() for kind, _, _ in media} == {"picture"}
+    for media in data["media"].values():
+        for _, _, address in media:
+            assert address.startswith(("data:image/jpeg;base64,", "./../results/0"))
+            assert "'" not in address
+
+
+def test_an_array_of_one_trial_cannot_be_changed_by_another(tmp_path, trial, paths):
+    geometry, arrays = trial_geometry(trial.surfaces[-1], trial.grasp, paths)
+    name = next(iter(arrays))
+    (tmp_path / "a").mkdir()
+    bad = write_geometry(geometry, {name: "AAAA"}, tmp_path / "a")
+    shared = {}
+    assert read_geometry(bad, shared) is None
+    assert shared == {}
+
+
+@pytest.mark.skipif(not browser.AVAILABLE, reason=browser.REASON)
+def test_a_hostile_folder_executes_nothing_in_a_browser(attack, tmp_path):
+    trials, folders = attack
+    tables = [plain_table("t", [{"name": text} for text in HOSTILE], HOSTILE[0], notes=HOSTILE)]
+    page = write_page(trials, tmp_path / "out", folders, title=HOSTILE[0], pictures="link", tables=tables)
+    with browser.browser(tmp_path / "browser") as window:
+        window.resize(1200, 900)
+        window.open(page)
+        count = window.run("return document.querySelectorAll('#trials tbody tr').length")
+        assert count == len(HOSTILE)
+        assert window.run("return document.querySelector('h1').textContent") == HOSTILE[0]
+        for k in range(count):
+            row = f"document.querySelectorAll('#trials tbody tr')[{k}].click()"
+            window.run(row + "; document.getElementById('close').click()")
+        assert window.console() == []
+        injected = "const s = document.createElement('script'); s.textContent = 'window.hacked = 2'; "
+        window.run(injected + "document.body.append(s); document.body.insertAdjacentHTML('beforeend', "
+                   "'<img src=x onerror=window.hacked=3>')")  # fmt: skip
+        waited = "return new Promise(done => setTimeout(() => done(window.hacked ?? null), 300))"
+        assert window.run(waited) is None
+        refused = [line for line in window.console() if "Content Security Policy" in line]
+        assert len(refused) == 2

@@ -7,13 +7,14 @@ import pytest
 from graspbench.grasp import Grasp
 from graspbench.report.local_global import (
     comparison_rows,
-    comparison_tables,
     contact_distance_m,
     is_short,
+    local_global_table,
     reason,
     summary,
 )
 from graspbench.report.local_global_figures import draw_grasps, draw_ratios
+from graspbench.report.tables import table_files
 from tests.planning.shapes import ellipsoid
 
 TRIANGLE = 0.03 * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.radians([90.0, 210.0, 330.0])])
@@ -92,12 +93,12 @@ def test_tables_hold_every_row_and_what_they_say_in_all():
     rows = [*comparison_rows(_result()), *comparison_rows(_result(gain=0.0, refined=0.9))]
     assert summary(rows)["thesis_cells_met"] == 1
     assert summary(rows)["refined_cells_met"] == 1
-    tables = comparison_tables(rows, ["A note with k_cm."])
+    tables = table_files(local_global_table(rows, ["A note with k_cm."]))
     assert set(tables) == {"table.csv", "table.md", "table.tex"}
     assert tables["table.csv"].count("teddy") == 2
     assert "1 of 2 cells" in tables["table.md"]
     assert r"\toprule" in tables["table.tex"]
-    assert r"A note with k\_cm." in tables["table.tex"]
+    assert "A note with $k_{cm}$." in tables["table.tex"]
 
 
 def test_pictures_show_ratios_and_grasps(tmp_path):

@@ -26,12 +26,17 @@ def experiment(shift, seed, index, ids):
     )
 
 
+def by_value(table):
+    return {row["value"]: row for row in table.rows}
+
+
 def test_trials_are_paired_by_what_varies_inside_the_experiments():
     first, second = experiment(0, 1, "force_field", "a"), experiment(0.05, 2, "quality_ascent", "b")
     second = second.sample(frac=1.0, random_state=0)
-    table, keys = compare_experiments(first, second)
-    assert keys == ["object.name", "seed"]
-    row = table.set_index("value").loc["local.q1"]
+    table = compare_experiments(first, second)
+    assert table.notes[0].startswith("Paired by object.name, seed;")
+    assert "A and B differ in index.name." in table.notes
+    row = by_value(table)["local.q1"]
     ordered = second.sort_values(["object.name", "seed"])["local.q1"].to_numpy()
     difference = ordered - first["local.q1"].to_numpy()
     assert row["pairs"] == 20
@@ -43,25 +48,46 @@ def test_trials_are_paired_by_what_varies_inside_the_experiments():
 
 def test_success_is_compared_by_mcnemars_exact_test():
     first, second = experiment(0, 1, "force_field", "a"), experiment(0.05, 2, "quality_ascent", "b")
-    row = compare_experiments(first, second)[0].set_index("value").loc["success"]
-    assert (row["test"], row["better"], row["worse"]) == ("McNemar", 4, 0)
+    row = by_value(compare_experiments(first, second))["success"]
+    assert (row["test"], row["higher"], row["lower"]) == ("McNemar", 4, 0)
     assert row["p"] == pytest.approx(2 * 0.5**4)
 
 
 def test_equal_experiments_do_not_differ():
     trials = experiment(0, 1, "force_field", "a")
-    table, keys = compare_experiments(trials, trials)
-    assert keys == ["trial_id"]
-    assert (table["p"] == 1).all()
-    assert (table["difference"] == 0).all()
+    table = compare_experiments(trials, trials)
+    assert table.notes[0].startswith("Paired by trial_id;")
+    assert {row["p"] for row in table.rows} == {1.0}
+    assert {row["difference"] for row in table.rows} == {0.0}
 
 
-def test_holms_correction_never_shrinks_and_keeps_the_order():
+def test_p_values_are_corrected_for_their_number():
     first, second = experiment(0, 1, "force_field", "a"), experiment(0.05, 2, "quality_ascent", "b")
-    table, _ = compare_experiments(first, second)
-    assert (table["p_holm"] >= table["p"]).all()
-    smallest = table["p"].min()
-    assert table["p_holm"].min() == pytest.approx(min(1.0, smallest * len(table)))
+    rows = compare_experiments(first, second).rows
+    expected = stats.false_discovery_control([row["p"] for row in rows])
+    assert [row["p_corrected"] for row in rows] == pytest.approx(list(expected))
+
+
+def test_trials_that_are_averaged_are_counted_with_what_they_differ_in():
+    first, second = experiment(0, 1, "force_field", "a"), experiment(0.05, 2, "quality_ascent", "b")
+    again = first.assign(trial_id=first["trial_id"].str.replace("a", "c"), **{"camera.width": 320})
+    doubled = pd.concat([first.assign(**{"camera.width": 640}), again[:6]], ignore_index=True)
+    table = compare_experiments(doubled, second)
+    assert any(
+        note.startswith("A: 12 of 26 trials, which differ in camera.width, are averaged to 6")
+        for note in table.notes
+    )
+    assert by_value(table)["local.q1"]["pairs"] == 20
+
+
+def test_trials_without_a_partner_and_pairs_without_a_value_are_counted():
+    first, second = experiment(0, 1, "force_field", "a"), experiment(0.05, 2, "quality_ascent", "b")
+    second["success"] = second["success"].astype(object)
+    second.loc[[0, 3], "success"] = None
+    table = compare_experiments(first, second[:15])
+    assert by_value(table)["success"]["pairs"] == 13
+    assert "Without a partner and left out: 5 of A." in table.notes
+    assert "Pairs left out because a value is empty: success 2 of 15." in table.notes
 
 
 def test_experiments_without_a_common_trial_are_refused():

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from graspbench.config.engine import load_engine
 from graspbench.record import recover_log
 from graspbench.results.store import ResultStore
-from graspbench.sweep.engine import load_engine
 from tests.sweep import planting
 
 FAULTS = {

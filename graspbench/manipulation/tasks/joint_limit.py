@@ -6,10 +6,36 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError
+from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays, TaskArrays
+from graspbench.manipulation.compiled.task_kernel import TaskKernel, task_kernel
+from graspbench.manipulation.compiled.task_rows import beyond, open_row, smooth_step
 from graspbench.manipulation.contact_kinematics import ManipulationSystem
-from graspbench.manipulation.task import TASKS, CompiledTask, PackedTask, check_members
-from graspbench.manipulation.task_kernels import JOINT_LIMIT
+from graspbench.manipulation.secondary_task import TASKS, CompiledTask, PackedTask, check_members
+
+
+class JointLimitArrays(TaskArrays):
+    """What the kernel reads."""
+
+    margin: float
+    joints: Annotated[IntArray, "watched"]
+    limits: Annotated[FloatArray, "watched", 2]
+
+
+@task_kernel
+def joint_limit_rows(system: SystemArrays, state: StateArrays, task: JointLimitArrays) -> int:
+    """Write a row for every joint within the margin."""
+    joints, limits, margin, count = state.joints, task.limits, task.margin, 0
+    for k in range(len(limits)):
+        joint = task.joints[k]
+        depth, back = beyond(joints[joint], limits[k, 0], limits[k, 1], margin)
+        if depth > 0.0:
+            # full strength half-way into the margin, so that the limit itself is never needed
+            open_row(task, count, joints[joint], back, smooth_step(2.0 * depth / margin))
+            task.jacobian[count, joint] = 1.0
+            count += 1
+    return count
 
 
 @TASKS.register("joint_limit")
@@ -17,7 +43,7 @@ from graspbench.manipulation.task_kernels import JOINT_LIMIT
 class JointLimit(CompiledTask):
     """Push a joint back once it is within the margin of a limit; every joint comes and goes on its own."""
 
-    KIND: ClassVar[int] = JOINT_LIMIT
+    KERNEL: ClassVar[TaskKernel] = joint_limit_rows
     SEPARATE_ROWS: ClassVar[bool] = True
 
     gain: Annotated[float, Field(ge=0, description="Gain K of the error, 1/s")] = 20.0
@@ -38,5 +64,5 @@ class JointLimit(CompiledTask):
                 f"the task joint_limit watches {len(joints)} joints but has {len(lower)} lower and "
                 f"{len(upper)} upper limits"
             )
-        limits = np.column_stack([lower, upper]).ravel()
-        return PackedTask((len(joints), *joints), (self.margin, *limits), len(joints))
+        limits = np.column_stack([lower, upper])
+        return PackedTask(len(joints), {"margin": self.margin, "joints": joints, "limits": limits})

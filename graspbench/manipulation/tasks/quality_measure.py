@@ -12,14 +12,14 @@ from graspbench.grasp.measure import MEASURES, GraspBatch, Measure
 from graspbench.grasp.quality import QualityParameters
 from graspbench.grasp.wrench import wrench_maps
 from graspbench.manipulation.contact_kinematics import State
-from graspbench.manipulation.task import TASKS, Task, TaskValue
+from graspbench.manipulation.secondary_task import TASKS, SecondaryTask, TaskValue
 
 _STEP = 1e-5
 
 
 @TASKS.register("quality_measure")
 @dataclass(frozen=True, kw_only=True)
-class QualityMeasure(Task):
+class QualityMeasure(SecondaryTask):
     """Climb a registered measure along its gradient over the contact coordinates (thesis 3.6 and 4.4).
 
     A measure of which less is better is lowered to the target.

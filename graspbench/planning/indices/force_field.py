@@ -24,16 +24,22 @@ the plane; e_i the angle's error; r the surface's mean radius; b_i the barrier v
 mean spacing. So the planner cannot cycle, and a local optimum is a stable one. While the surface still
 moves, single contacts move; once it is at rest, up to three contacts may move together, which gets the
 grasp out of places where the plane can only be shifted by several fingers at once.
+
+What moves a grasp at rest, and what it is scored by, is `rest`: with "balance" (the default, not in the
+thesis) the contacts move, one or two at a time, to where less is left of each projected force: see
+`graspbench.planning.balance`. With "potential" they lower the potential, one to three at a time. With
+"single" one contact at a time moves along its force, as in the thesis.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ConfigurationError
+from graspbench.planning.balance import imbalance, propose_balance
 from graspbench.planning.field import field, mean_radius, potential
 from graspbench.planning.field_moves import climb_field, propose_moves
 from graspbench.planning.index import INDICES, Moves
@@ -41,6 +47,9 @@ from graspbench.reconstruction.surface import Surface
 
 if TYPE_CHECKING:
     from graspbench.grasp.quality import QualityParameters
+
+_K_R = 3.0
+_NO_BALANCE = np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,26 @@ class ForceFieldParameters:
         1e-3
     )
     angle_unit_deg: Annotated[float, Field(gt=0, description="Angle that counts as one unit of error")] = 1.0
+    rest: Annotated[
+        Literal["balance", "potential", "single"],
+        Field(
+            description="Moves and score at rest: towards equilibrium, down the potential with up to three "
+            "contacts at once, or down it one contact at a time (the thesis)"
+        ),
+    ] = "balance"
+    balance_length_m: Annotated[
+        float, Field(gt=0, description="balance: distance that counts as much as k_a left at a contact")
+    ] = 0.03
+    balance_angle_deg: Annotated[
+        float, Field(gt=0, description="balance: angle that counts as much as k_a left at a contact")
+    ] = 60.0
+    k_r: Annotated[
+        float | None,
+        Field(
+            description="balance: what the root of the polygon's area is worth, per mean radius of the "
+            "surface, N; null: 3, and 0 where quality.wrench_space leaves moments out"
+        ),
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -160,10 +189,24 @@ class ForceField:
             )
         self._parameters = parameters
         self._coefficients = _coefficients(parameters)
+        moments = quality is None or not quality.wrench_space.endswith("_force")
+        self._k_r = (_K_R if moments else 0.0) if parameters.k_r is None else parameters.k_r
+        self._radius: tuple[FloatArray, float] | None = None
 
     def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
-        """Return the next vertices, or None when no allowed move lowers the potential."""
+        """Return the next vertices, or None when no allowed move lowers potential or imbalance."""
         proposed = vertices.copy()
+        if surface.at_rest and self._parameters.rest == "balance":
+            balanced = propose_balance(
+                surface.points,
+                surface.normals,
+                surface.centroid,
+                moves.nodes,
+                moves.barrier * self._parameters.k_b,
+                self._balance(surface),
+                proposed,
+            )
+            return proposed if balanced else None
         changed = propose_moves(
             surface.points,
             surface.normals,
@@ -173,8 +216,8 @@ class ForceField:
             moves.barrier_force * self._parameters.k_b,
             self._coefficients,
             self._parameters.sigma_f,
-            mean_radius(surface.points, surface.centroid),
-            surface.at_rest,
+            self._mean_radius(surface),
+            surface.at_rest and self._parameters.rest == "potential",
             proposed,
         )
         return proposed if changed else None
@@ -188,7 +231,7 @@ class ForceField:
             surface: The surface.
             vertices: Where to start, shape (n_f,).
             allowed: Nodes that contacts may move to, shape (n_s,).
-            thorough: Whether several contacts may move together.
+            thorough: Whether to move as on a surface at rest.
             max_moves: Moves after which to stop.
 
         Returns:
@@ -206,19 +249,35 @@ class ForceField:
             allowed,
             self._coefficients,
             self._parameters.sigma_f,
-            thorough,
+            thorough and self._parameters.rest == "potential",
+            self._balance(surface) if thorough and self._parameters.rest == "balance" else _NO_BALANCE,
             path,
         )
         return path[: moves + 1]
 
     def score(self, surface: Surface, vertices: IntArray) -> float:
-        """Return minus the potential, J."""
+        """Return minus the imbalance, N; minus the potential, J, if that is what moves a grasp at rest."""
+        if self._parameters.rest == "balance":
+            left: float = imbalance(
+                surface.points[vertices], surface.normals[vertices], surface.centroid, self._balance(surface)
+            )
+            return -left
         return -field_potential(
-            surface.points[vertices],
-            surface.centroid,
-            mean_radius(surface.points, surface.centroid),
-            self._parameters,
+            surface.points[vertices], surface.centroid, self._mean_radius(surface), self._parameters
         )
+
+    def _balance(self, surface: Surface) -> FloatArray:
+        p = self._parameters
+        length, angle = p.balance_length_m, np.deg2rad(p.balance_angle_deg)
+        return np.array(
+            [p.k_pi / length, p.k_cm / length, p.k_e / angle, p.k_a, self._k_r / self._mean_radius(surface)]
+        )
+
+    def _mean_radius(self, surface: Surface) -> float:
+        """Return the surface's mean radius; that of the last surface is remembered."""
+        if self._radius is None or self._radius[0] is not surface.points:
+            self._radius = surface.points, mean_radius(surface.points, surface.centroid)
+        return self._radius[1]
 
 
 def _coefficients(parameters: ForceFieldParameters) -> FloatArray:

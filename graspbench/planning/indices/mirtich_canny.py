@@ -5,8 +5,8 @@ the largest: the triangle of the three lines through the contacts, perpendicular
 Canny, "Easily computable optimum grasps in 2-D and 3-D", 1994). On nodes no such plane exists exactly, so
 the errors CEI and EEGI may reach a threshold. All combinations of the contacts' contours are looked at, and
 the largest outer triangle within the thresholds is the next grasp; while there is none, the smallest errors
-are. Errors below the thresholds cost a small share of the triangle, or the largest one would always be found
-where an error has just reached its threshold.
+are. The largest triangle is often found where an error has just reached its threshold; with ``error_weight``
+(not in the thesis, off by default) errors below the thresholds cost a share of the triangle.
 
 How many fingers:
 
@@ -43,7 +43,7 @@ class MirtichCannyParameters:
     error_weight: Annotated[
         float,
         Field(ge=0, lt=1, description="Share of the outer triangle that errors at the thresholds are worth"),
-    ] = 0.15
+    ] = 0.0
 
 
 def mirtich_canny_scores(

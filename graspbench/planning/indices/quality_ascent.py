@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 _NOT_CLOSED = 1e3
 """What a grasp that is not force closure loses: more than any measure can make up for."""
 
+_AT_ONCE = 16
+
 
 @dataclass(frozen=True)
 class QualityAscentParameters:
@@ -86,13 +88,9 @@ class QualityAscent:
         sizes = (1, 2) if self._parameters.pairs and surface.at_rest else (1,)
         for fingers_at_once in sizes:
             candidates = _candidates(vertices, moves, fingers_at_once)
-            if not len(candidates):
-                continue
-            values = self._values(surface, candidates)
-            best = int(np.argmax(values))
             # Less than rounding is no progress, and could go in circles.
-            if values[best] > here + 1e-9 * max(1.0, abs(here)):
-                found: IntArray = candidates[best]
+            found = self._best(surface, candidates, here + 1e-9 * max(1.0, abs(here)))
+            if found is not None:
                 return found
         return None
 
@@ -100,34 +98,68 @@ class QualityAscent:
         """Return the weighted quality; a grasp that is not force closure loses more than it can have."""
         return float(self._values(surface, vertices[None])[0])
 
+    def _best(self, surface: Surface, candidates: IntArray, floor: float) -> IntArray | None:
+        """Return the best of many grasps if it is worth more than ``floor``.
+
+        Q3 is computed only of grasps that a bound of it does not leave out.
+        """
+        if not len(candidates):
+            return None
+        from graspbench.planning.merit import support_bounds
+
+        maps = self._maps(surface, candidates)
+        bounds = self._weighed(surface, candidates, maps, support_bounds(maps, self._quality, tight=False))
+        order = np.argsort(-bounds, kind="stable")
+        best: IntArray | None = None
+        for first in range(0, len(order), _AT_ONCE):
+            some = order[first : first + _AT_ONCE]
+            some = some[bounds[some] > floor]
+            if not len(some):
+                break
+            values = self._values(surface, candidates[some])
+            if values.max() > floor:
+                best, floor = candidates[some[int(np.argmax(values))]], float(values.max())
+        return best
+
     def _values(self, surface: Surface, candidates: IntArray) -> FloatArray:
         """Return the weighted quality of many grasps, shape (n,)."""
-        from graspbench.grasp.quality import grasp_quality
+        from graspbench.grasp.quality import ball_radius
+
+        maps = self._maps(surface, candidates)
+        q3 = ball_radius(maps, self._quality.polytope(), norm=self._quality.norm)
+        return self._weighed(surface, candidates, maps, q3)
+
+    def _weighed(
+        self, surface: Surface, candidates: IntArray, maps: FloatArray, q3: FloatArray
+    ) -> FloatArray:
+        """Return the weighted sum, less for what is not force closure or too far off the centroid."""
+        from graspbench.grasp.quality import singular_measures
+        from graspbench.grasp.wrench import grasp_matrix
+
+        q1, q2 = singular_measures(grasp_matrix(maps))
+        values: FloatArray = np.stack((q1, q2, q3), axis=-1) @ self._weights
+        values[q3 <= 0.0] -= _NOT_CLOSED
+        tolerance = self._parameters.centre_tolerance_m
+        if tolerance is not None:
+            centres = surface.points[candidates].mean(axis=1)
+            away = np.linalg.norm(centres - surface.centroid, axis=1) - tolerance
+            values -= np.where(away > 0.0, _NOT_CLOSED * (1.0 + away), 0.0)
+        return values
+
+    def _maps(self, surface: Surface, candidates: IntArray) -> FloatArray:
+        from graspbench.grasp.wrench import wrench_maps
 
         if surface is not self._surface:
             self._surface = surface
             self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
-        points, normals = surface.points[candidates], surface.normals[candidates]
-        q = self._quality
-        measured = grasp_quality(
-            points,
-            -normals,
+        return wrench_maps(
+            surface.points[candidates],
+            -surface.normals[candidates],
             surface.centroid,
-            contact=q.contact,
-            wrench_space=q.wrench_space,
-            friction=q.friction,
-            cone_edges=q.cone_edges,
+            contact=self._quality.contact,
+            wrench_space=self._quality.wrench_space,
             torque_length=self._length_m,
-            torsional_friction=q.torsional_friction,
-            norm=q.norm,
         )
-        values: FloatArray = np.stack(measured, axis=-1) @ self._weights
-        values[measured.q3 <= 0.0] -= _NOT_CLOSED
-        tolerance = self._parameters.centre_tolerance_m
-        if tolerance is not None:
-            away = np.linalg.norm(points.mean(axis=1) - surface.centroid, axis=1) - tolerance
-            values -= np.where(away > 0.0, _NOT_CLOSED * (1.0 + away), 0.0)
-        return values
 
 
 def _candidates(vertices: IntArray, moves: Moves, fingers_at_once: int) -> IntArray:

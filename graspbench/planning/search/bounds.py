@@ -60,7 +60,7 @@ def bound_tuples(
     for m in range(tuples.shape[0]):
         for i in range(n_f):
             clusters[i] = tuples[m, i]
-        if not _within_limits(clusters, balls, limits):
+        if not within_limits(clusters, balls, limits):
             bounds[m] = -np.inf
             continue
         floor = max(lower, 0.0) if measure == Q3 else 0.0
@@ -76,8 +76,24 @@ def bound_tuples(
         bounds[m] = upper
 
 
+@compiled
+def largest_balls(clusters: IntArray, table: FloatArray, minkowski: bool, lower: float) -> FloatArray:
+    """Return upper bounds of Q3 of tuples of clusters, shape (m,); at or below ``lower`` they are not exact.
+
+    Args:
+        clusters: Shape (m, n_f).
+        table: Support of each cluster in each direction, shape (n_clusters, n_directions).
+        minkowski: See `bound_tuples`.
+        lower: See `bound_tuples`.
+    """
+    bounds = np.empty(clusters.shape[0])
+    for m in range(clusters.shape[0]):
+        bounds[m] = _table_bound(clusters[m], table, minkowski, lower)
+    return bounds
+
+
 @inner
-def _within_limits(clusters: IntArray, balls: FloatArray, limits: FloatArray) -> bool:
+def within_limits(clusters: IntArray, balls: FloatArray, limits: FloatArray) -> bool:
     """Tell whether some grasp of the clusters may meet the pair and centre limits."""
     n_f = clusters.shape[0]
     if limits[0] < np.inf:
@@ -123,7 +139,7 @@ def _table_bound(clusters: IntArray, table: FloatArray, minkowski: bool, floor: 
 
 
 @inner
-def _member(tree: IntArray, clusters: IntArray, i: int) -> int:
+def member(tree: IntArray, clusters: IntArray, i: int) -> int:
     """Return a member that stands for cluster i; other ones where a cluster is in the tuple again."""
     start, end = tree[clusters[i], 2], tree[clusters[i], 3]
     many, order = 0, 0
@@ -140,7 +156,7 @@ def _singular_bound(
 ) -> float:
     """Return an upper bound of Q1 or Q2 by tests that come from powers of a representative's inverse."""
     factor, determinant = _representative_factor(clusters, tree, grams, d)
-    test = _inverse(factor)
+    test = inverse(factor)
     packed = np.empty(grams.shape[1])
     square = np.empty((d, d))
     for _ in range(1 if measure == Q2 else DOUBLINGS):
@@ -185,7 +201,7 @@ def _representative_factor(
     """Return the lower Cholesky factor of a regularised G G^T, and the root of its determinant."""
     packed = np.zeros(grams.shape[1])
     for i in range(clusters.shape[0]):
-        node = _member(tree, clusters, i)
+        node = member(tree, clusters, i)
         for k in range(grams.shape[1]):
             packed[k] += grams[node, k]
     factor = np.zeros((d, d))
@@ -208,7 +224,7 @@ def _representative_factor(
 
 
 @inner
-def _inverse(factor: FloatArray) -> FloatArray:
+def inverse(factor: FloatArray) -> FloatArray:
     """Return the inverse of the matrix whose lower factor is given."""
     d = factor.shape[0]
     root = np.zeros((d, d))

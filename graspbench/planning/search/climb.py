@@ -1,15 +1,120 @@
-"""A first good grasp for the search to beat."""
+"""Climbing a measure: from a grasp to the best of its neighbours, until none is better."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from graspbench.arrays import IntArray
+from graspbench.grasp.configuration import Grasp
 from graspbench.planning.search.layout import Layout
 from graspbench.planning.search.objectives import Objective
+from graspbench.planning.search.referee import Referee
 
 SAMPLES = 8192
 AT_ONCE = 8
+
+PROGRESS = 1.0 + 1e-9
+"""A grasp is better by more than this factor: less than rounding is no progress."""
+
+Neighbours = Callable[[IntArray], Iterator[IntArray]]
+"""Yields batches of grasps, shape (m, n_f), near a grasp; the first batch with a better one is taken."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A grasp on the way.
+
+    Attributes:
+        leaves: Its contacts, shape (n_f,).
+        value: Its measure; -inf where it is no grasp that the hand holds.
+        grasp: The grasp; None where there is none.
+        steps: Moves that led to it.
+    """
+
+    leaves: IntArray
+    value: float
+    grasp: Grasp | None
+    steps: int = 0
+
+
+class Climber:
+    """Climbs one measure over grasps that are force closure and that the hand holds.
+
+    Args:
+        layout: The problem.
+        objective: What is to be maximised.
+        referee: Who may hold a grasp.
+        follow: Whether the hand is tried first in the posture of the grasp that is climbed from.
+    """
+
+    def __init__(self, layout: Layout, objective: Objective, referee: Referee, *, follow: bool) -> None:
+        self._layout, self._objective, self._referee, self._follow = layout, objective, referee, follow
+        self.looked_at = 0
+
+    def climb(self, place: Place, neighbours: Neighbours) -> Place:
+        """Move to the best of the neighbours again and again, until none of them is better."""
+        while True:
+            for grasps in neighbours(place.leaves):
+                better = self.best(grasps, place.value, place)
+                if better is not None:
+                    break
+            else:
+                return place
+            place = better
+
+    def best(self, grasps: IntArray, floor: float, origin: Place) -> Place | None:
+        """Return the best of many grasps that is better than ``floor``; None if there is none.
+
+        Args:
+            grasps: Shape (m, n_f); which do not meet the limits are left out.
+            floor: Grasps whose measure is not larger do not count.
+            origin: Where the way to them goes on from.
+        """
+        grasps = grasps[self._layout.within_limits(grasps)]
+        self.looked_at += len(grasps)
+        floor = floor * PROGRESS if floor > 0.0 else floor
+        promise = self._objective.promise(grasps, floor)
+        order = np.argsort(-promise, kind="stable")
+        posture = origin.grasp.posture if self._follow and origin.grasp is not None else None
+        found: Place | None = None
+        for first in range(0, len(order), AT_ONCE):
+            some = order[first : first + AT_ONCE]
+            some = some[promise[some] > floor]
+            if not len(some):
+                break
+            values = self._objective.evaluate(grasps[some], floor)
+            for k in np.argsort(-values, kind="stable"):
+                if not values[k] > floor:
+                    break
+                leaves = grasps[some[k]]
+                grasp = self._referee.hold(self._layout.nodes[leaves], posture)
+                if grasp is not None:
+                    floor = float(values[k])
+                    found = Place(leaves, floor, grasp, origin.steps + 1)
+                    break
+        return found
+
+
+class ContactsInTurn:
+    """Neighbours with one contact anywhere on the surface, one contact after the other.
+
+    Args:
+        count: Number of nodes.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._contact = 0
+
+    def __call__(self, leaves: IntArray) -> Iterator[IntArray]:
+        """Yield the grasps with the next contact moved, then with the one after it, and so on."""
+        for _ in range(len(leaves)):
+            contact = self._contact % len(leaves)
+            self._contact = contact + 1
+            moved = np.repeat(leaves[None], self._count, axis=0)
+            moved[:, contact] = np.arange(self._count)
+            yield moved
 
 
 def sampled_grasps(layout: Layout, objective: Objective, count: int) -> list[IntArray]:
@@ -24,7 +129,7 @@ def sampled_grasps(layout: Layout, objective: Objective, count: int) -> list[Int
         Leaves of each, shape (n_f,).
     """
     samples = layout.sample(SAMPLES)
-    order = np.argsort(-objective.promise(samples), kind="stable")
+    order = np.argsort(-objective.promise(samples, -np.inf), kind="stable")
     found: list[IntArray] = []
     for start in range(0, len(order), AT_ONCE):
         if len(found) >= count:
@@ -32,54 +137,3 @@ def sampled_grasps(layout: Layout, objective: Objective, count: int) -> list[Int
         part = samples[order[start : start + AT_ONCE]]
         found += list(part[objective.evaluate(part, -np.inf) > -np.inf])
     return found[:count]
-
-
-def climb(
-    layout: Layout,
-    objective: Objective,
-    accept: Callable[[IntArray, float], float],
-    grasp: IntArray,
-    value: float,
-) -> tuple[IntArray, float]:
-    """Move one contact after the other to its best place on the whole surface, until none gets better.
-
-    Args:
-        layout: The problem.
-        objective: What is to be maximised.
-        accept: Returns the value of a grasp that the hand can hold, else -inf.
-        grasp: Leaves to start from, shape (n_f,).
-        value: What the grasp is worth; -inf if it is not accepted.
-
-    Returns:
-        Leaves of the grasp at the end, and its value; -inf if no accepted one was met.
-    """
-    still, contact = 0, 0
-    while still < len(grasp):
-        moves = np.repeat(grasp[None], len(layout.nodes), axis=0)
-        moves[:, contact] = np.arange(len(layout.nodes))
-        better = _best_accepted(objective, moves[layout.within_limits(moves)], accept, value)
-        still += 1
-        if better is not None:
-            (grasp, value), still = better, 0
-        contact = (contact + 1) % len(grasp)
-    return grasp, value
-
-
-def _best_accepted(
-    objective: Objective, moves: IntArray, accept: Callable[[IntArray, float], float], value: float
-) -> tuple[IntArray, float] | None:
-    """Return the best accepted one of many grasps, and its value, if it is better than ``value``."""
-    promise = objective.promise(moves)
-    order = np.argsort(-promise, kind="stable")
-    for start in range(0, len(order), AT_ONCE):
-        part = order[start : start + AT_ONCE]
-        part = part[promise[part] > value * (1.0 + 1e-9)] if value > 0.0 else part
-        if not len(part):
-            return None
-        values = objective.evaluate(moves[part], value)
-        for k in np.argsort(-values, kind="stable"):
-            if not values[k] > max(value * (1.0 + 1e-9), value):
-                break
-            if accept(moves[part[k]], float(values[k])) > value:
-                return moves[part[k]], float(values[k])
-    return None

@@ -12,10 +12,10 @@ from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.planning.search.polar import weak_direction
 
-MOST_DIRECTIONS = 62
+MAX_DIRECTIONS = 62
 """Bits of a signed integer that are used."""
 
-MOST_FROM_TABLE, WEAK = 24, 1.3
+MAX_FROM_TABLE, WEAK = 24, 1.3
 """Directions that are taken from a table, and how little is reached there, in balls."""
 
 
@@ -57,7 +57,7 @@ def standing_grasps(
     chosen = np.empty(n_f, np.int64)
     covered = np.zeros(n_f + 1, np.int64)
     grasp = np.empty((n_f * n_v, d))
-    known, direction = np.empty((MOST_DIRECTIONS, d)), np.empty(d)
+    known, direction = np.empty((MAX_DIRECTIONS, d)), np.empty(d)
     found = 0
     for m in range(tuples.shape[0]):
         room = 1
@@ -100,7 +100,7 @@ def standing_grasps(
                     grasps[found, i] = first[i] + chosen[i]
                 bounds[found] = reach
                 found += 1
-            elif many < MOST_DIRECTIONS:
+            elif many < MAX_DIRECTIONS:
                 for k in range(d):
                     known[many, k] = direction[k]
                 _mark(bits, first, count, wrenches, known, many, floor)
@@ -132,7 +132,7 @@ def _weak_ones(
             for k in range(directions.shape[1]):
                 known[many, k] = directions[j, k]
             many += 1
-            if many == MOST_FROM_TABLE:
+            if many == MAX_FROM_TABLE:
                 break
     return many
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -32,6 +33,7 @@ class Layout:
         tree: Clusters of the nodes; its members are 0 to n - 1 in order.
         n_f: Number of contacts.
         limits: Largest distance of two contacts, and of their mean from the centroid, m; shape (2,).
+        n_nodes: Number of nodes of the surface, n_s.
     """
 
     nodes: IntArray
@@ -43,6 +45,7 @@ class Layout:
     tree: ClusterTree
     n_f: int
     limits: FloatArray
+    n_nodes: int
 
     @property
     def planar(self) -> bool:
@@ -101,6 +104,23 @@ class Layout:
         """Centre and radius of each cluster's arms, shape (n_clusters, 4), torque lengths."""
         return np.hstack([self.tree.arm, self.tree.arm_radius[:, None]])
 
+    @cached_property
+    def in_order(self) -> IntArray:
+        """The leaves in the order of their nodes on the surface, shape (n,)."""
+        return np.argsort(self.nodes)
+
+    @cached_property
+    def leaf_of(self) -> IntArray:
+        """The leaf of each node of the surface, -1 where one is not usable, shape (n_s,)."""
+        leaf_of = np.full(self.n_nodes, -1, dtype=np.int64)
+        leaf_of[self.nodes] = np.arange(len(self.nodes))
+        return leaf_of
+
+    def leaves_of(self, nodes: IntArray) -> IntArray | None:
+        """Return the leaves of a grasp's nodes, shape (n_f,); None if one of them is not usable."""
+        leaves = self.leaf_of[nodes]
+        return None if leaves.min() < 0 else leaves
+
     def sample(self, count: int) -> IntArray:
         """Return some of ``count`` random grasps: those within the limits, shape (m, n_f)."""
         grasps = np.random.default_rng(2010).integers(0, len(self.nodes), size=(count, self.n_f))
@@ -108,12 +128,14 @@ class Layout:
 
     def within_limits(self, tuples: IntArray) -> BoolArray:
         """Tell which grasps (leaves, shape (m, n_f)) have different contacts that meet the limits; (m,)."""
-        points = self.points[tuples]
-        gaps = np.linalg.norm(points[:, :, None] - points[:, None, :], axis=-1)
-        away = np.linalg.norm(points.mean(axis=1) - self.centroid, axis=1)
-        ordered = np.sort(tuples, axis=1)
-        different = np.all(ordered[:, 1:] != ordered[:, :-1], axis=1)
-        return np.asarray(different & (gaps.max(axis=(1, 2)) <= self.limits[0]) & (away <= self.limits[1]))
+        points, n_f = self.points, tuples.shape[1]
+        mean = sum(points[tuples[:, i]] for i in range(n_f)) / n_f
+        allowed = np.linalg.norm(mean - self.centroid, axis=1) <= self.limits[1]
+        for i, j in combinations(range(n_f), 2):
+            gap = points[tuples[:, i]] - points[tuples[:, j]]
+            allowed &= np.einsum("ij,ij->i", gap, gap) <= self.limits[0] ** 2
+            allowed &= tuples[:, i] != tuples[:, j]
+        return np.asarray(allowed)
 
     def grasp_maps(self, tuples: IntArray) -> FloatArray:
         """Return the wrench maps of grasps, shape (m, n_f, d, n_basis), in the wrench space."""
@@ -183,8 +205,9 @@ def lay_out(
     tree = build_tree((points[usable] - centroid) / torque_length, normals_in[usable], NORMAL_WEIGHT)
     nodes = usable[tree.members]
     return Layout(
-        nodes, points[nodes], normals_in[nodes], centroid, torque_length, quality, tree, n_f, limits
-    )
+        nodes, points[nodes], normals_in[nodes], centroid, torque_length, quality, tree, n_f, limits,
+        len(points),
+    )  # fmt: skip
 
 
 def single_grasps(layout: Layout, tuples: IntArray) -> tuple[IntArray, FloatArray]:

@@ -5,10 +5,9 @@ from typing import Protocol
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples
+from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples, largest_balls
 from graspbench.planning.search.covering import standing_grasps
 from graspbench.planning.search.layout import Layout, single_grasps
-from graspbench.planning.search.outer_triangle import OuterTriangleObjective
 
 FEW = 4096
 """Grasps that are looked at together for Q3."""
@@ -36,8 +35,11 @@ class Objective(Protocol):
         """List the grasps of tuples of clusters that may be better than ``lower``, and their upper bounds."""
         ...
 
-    def promise(self, tuples: IntArray) -> FloatArray:
-        """Return cheap upper bounds of the values of grasps (tuples of leaf numbers), shape (m,)."""
+    def promise(self, tuples: IntArray, lower: float) -> FloatArray:
+        """Return cheap upper bounds of the values of grasps (tuples of leaf numbers), shape (m,).
+
+        Bounds at or below ``lower`` need not be exact.
+        """
         ...
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
@@ -85,16 +87,14 @@ class WrenchObjective:
             tuples = tuples[done:]
         standing, reached = (np.concatenate(parts) for parts in zip(*found, strict=True))
         allowed = layout.within_limits(standing)
-        return standing[allowed], np.minimum(reached, self.promise(standing))[allowed]
+        return standing[allowed], np.minimum(reached, self.promise(standing, floor))[allowed]
 
-    def promise(self, tuples: IntArray) -> FloatArray:
+    def promise(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
         layout = self._layout
         if self._measure != "q3":
             return layout.singular(tuples, self._measure)
-        supports = layout.table[layout.tree.leaves[tuples]]
-        reached = np.maximum(supports, 0.0).sum(axis=1) if self._minkowski else supports.max(axis=1)
-        return np.asarray(reached.min(axis=1))
+        return largest_balls(layout.tree.leaves[tuples], layout.table, self._minkowski, lower)
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
@@ -142,7 +142,7 @@ class PlanarObjective:
         """See `Objective`."""
         return single_grasps(self._layout, tuples)
 
-    def promise(self, tuples: IntArray) -> FloatArray:
+    def promise(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
         if self._measure != "q3":
             return self._layout.singular(tuples, self._measure)
@@ -160,16 +160,8 @@ class PlanarObjective:
         return np.asarray((gaps.max(axis=(1, 2)) <= self._limits[0]) & (away <= self._limits[1]))
 
 
-def make_objective(layout: Layout, measure: str, thresholds_deg: tuple[float, float]) -> Objective:
-    """Return the objective of a measure.
-
-    Args:
-        layout: The problem.
-        measure: ``q1``, ``q2``, ``q3`` or ``mirtich_canny``.
-        thresholds_deg: Largest coplanarity and equilateral errors of ``mirtich_canny``, deg.
-    """
-    if measure == "mirtich_canny":
-        return OuterTriangleObjective(layout, thresholds_deg)
+def make_objective(layout: Layout, measure: str) -> Objective:
+    """Return the objective of ``q1``, ``q2`` or ``q3``."""
     if layout.planar:
         return PlanarObjective(layout, measure)
     return WrenchObjective(layout, measure)

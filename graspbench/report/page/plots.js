@@ -1,6 +1,6 @@
 // Plots as SVG text, drawn from the trials that pass the filters.
-const PALETTE = ["#1f77b4", "#e0742a", "#2f9e62", "#c8423e", "#8a62b8", "#8d6e55", "#d37fb5", "#7a828a", "#a7a832",
-  "#29a5b5"];
+// After Okabe and Ito: told apart by the colour-blind; neighbours differ in grey too.
+const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#7f5539", "#8c8c8c"];
 const WIDTH = 480, LEFT = 96, RIGHT = 14, ROW = 26;
 
 function colorOf(key, keys) { return PALETTE[keys.indexOf(key) % PALETTE.length]; }
@@ -34,6 +34,19 @@ function frame(height, low, high, body) {
 function label(text, y) {
   const cut = text.length > 14 ? text.slice(0, 13) + "…" : text;
   return `<text x="${LEFT - 8}" y="${y + 4}" text-anchor="end">${escaped(cut)}<title>${escaped(text)}</title></text>`;
+}
+
+/** An SVG that stands alone: on paper, with the styles that the page gives it. */
+function standalone(svg) {
+  if (!svg) return "";
+  const copy = svg.cloneNode(true), [, , width, height] = svg.getAttribute("viewBox").split(" ");
+  copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+  copy.setAttribute("width", width);
+  copy.setAttribute("height", height);
+  const style = document.createElementNS("http://www.w3.org/2000/svg", "style");
+  style.textContent = "text{font:11px sans-serif;fill:#333}.axis{stroke:#d9dfe6}.mark{stroke:#1c2733;stroke-width:1.5}";
+  copy.prepend(style);
+  return new XMLSerializer().serializeToString(copy);
 }
 
 /** Every value a dot, quartiles a bar, the median a mark; one row a group. */

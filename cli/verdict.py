@@ -1,0 +1,46 @@
+"""What came of a trial, in a sentence."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graspbench.results.physical_results import ExecutedResult
+    from graspbench.results.trial_result import TrialResult
+
+
+def verdict(result: "TrialResult") -> str:
+    """Say whether the object was held, or where and why it was lost; sliding and pushes."""
+    if result.manipulation is not None:
+        moved = f"moved as asked within {1e3 * result.manipulation.position_error_max_m:.2g} mm"
+        played = "" if result.in_hand is None else ", and was held through it in physics"
+        return f"The object {moved}{played}."
+    execution = result.execution
+    if execution is None:
+        return "A grasp was planned; nothing was executed."
+    if not execution.success:
+        return f"Lost{_where(execution)}: {execution.reason}."
+    return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}."
+
+
+def _where(execution: "ExecutedResult") -> str:
+    lost = next((name for name, phase in execution.phases.items() if not phase.held), None)
+    if lost is not None:
+        return f" in the phase {lost}"
+    return "" if execution.phases else " before it was lifted"
+
+
+def _phases(execution: "ExecutedResult") -> str:
+    names = list(execution.phases)
+    return f" through {', '.join(names)}" if names else f" by {execution.contacts_made} fingers in touch"
+
+
+def _sliding(execution: "ExecutedResult") -> str:
+    if not execution.phases:
+        return ""
+    slip_mm = 1e3 * max(phase.slip_m for phase in execution.phases.values())
+    return f"; the contacts slid by up to {slip_mm:.2g} mm"
+
+
+def _pushes(execution: "ExecutedResult") -> str:
+    if execution.largest_push_weight is None:
+        return ""
+    return f"; it resists {execution.largest_push_weight:.2g} times its weight in the weakest direction"

@@ -1,0 +1,208 @@
+"""What becomes of a local optimum: a closed grasp that the hand holds, or a reason why it is none."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.arrays import BoolArray, IntArray
+from graspbench.errors import PlanningError
+from graspbench.grasp.closure import CLOSURE_TOLERANCE
+from graspbench.grasp.configuration import Grasp
+from graspbench.grasp.quality import GraspQuality, QualityParameters
+from graspbench.hand.posture import HandPosture
+from graspbench.planning.barrier import FreeMoves, KinematicBarrier
+from graspbench.planning.constraint import HandConstraint
+from graspbench.planning.index import Index
+from graspbench.planning.initial import InitialGrasp
+from graspbench.planning.merit import best_first, merit_of, quality_of
+from graspbench.planning.parameters import PlannerParameters
+from graspbench.planning.settling import Follower, Settler, settle
+from graspbench.reconstruction.surface import Surface
+
+NOT_CLOSED = "not force closure"
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A local optimum that is a grasp.
+
+    Attributes:
+        follower: How it was reached, and the hand there.
+        initial: The first grasp it began with.
+        quality: Its Q1, Q2 and Q3.
+        score: What the index thinks of it.
+        merit: What the best grasp is selected by.
+    """
+
+    follower: Follower
+    initial: InitialGrasp
+    quality: GraspQuality
+    score: float
+    merit: float
+
+
+class Judge:
+    """Lets the hand have its say on local optima, and keeps count.
+
+    Args:
+        index: What the fingers climb.
+        checker: The hand; None plans without one.
+        planner: How to search.
+        quality: How force closure and quality are measured.
+    """
+
+    def __init__(
+        self,
+        index: Index,
+        checker: HandConstraint | None,
+        planner: PlannerParameters,
+        quality: QualityParameters,
+    ) -> None:
+        self.index, self.checker, self.planner = index, checker, planner
+        self._quality = quality
+        if checker is not None:
+            checker.set_object(None)
+        self._barrier = (
+            None
+            if checker is None
+            else KinematicBarrier(checker.hand, checker.ground_height_m, planner.barrier)
+        )
+        self.settler = Settler(
+            index, self._barrier or FreeMoves(), checker, planner.max_moves, planner.wrist_moves
+        )
+        self._measured: Surface | None = None
+        self._length_m = 1.0
+        self.followers: list[Follower] = []
+        self.tried = 0
+        self.rejected: Counter[str] = Counter()
+
+    @property
+    def contour_queries(self) -> int:
+        """Finger solutions of the barrier."""
+        return 0 if self._barrier is None else self._barrier.evaluations
+
+    def see(self, surface: Surface) -> None:
+        """Let the hand know a surface; one at rest is an obstacle."""
+        if surface.at_rest and self.checker is not None:
+            self.checker.set_object(surface.points, surface.network.faces)
+
+    def allowed(self, surface: Surface) -> BoolArray:
+        """Tell which nodes a fingertip can touch at all, shape (n_s,)."""
+        if self.checker is None:
+            return np.ones(len(surface.points), dtype=np.bool_)
+        return self.checker.vertex_mask(surface.points, surface.normals)
+
+    def spans(self, surface: Surface, vertices: IntArray) -> bool:
+        """Tell whether no two contacts are farther apart than the hand reaches."""
+        if self.checker is None:
+            return True
+        points = surface.points[vertices]
+        gaps = np.linalg.norm(points[:, None] - points[None, :], axis=2)
+        return bool(gaps.max() <= self.checker.pair_limit_m)
+
+    def holds(self, surface: Surface, vertices: IntArray) -> bool:
+        """Tell whether the hand has a posture for these contacts."""
+        if self.checker is None:
+            return True
+        return self.checker.place(surface.points[vertices], surface.normals[vertices]) is not None
+
+    def ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[tuple[int, float]]:
+        """Yield local optima and their merit, the best first; by quality, only those that are closed.
+
+        Args:
+            surface: The surface at rest.
+            optima: Vertices, shape (n_f,) each.
+        """
+        if self.planner.select != "quality":
+            scores = [self.index.score(surface, vertices) for vertices in optima]
+            order = np.argsort([-score for score in scores], kind="stable")
+            yield from ((int(rank), scores[rank]) for rank in order)
+            return
+        for rank, merit in best_first(surface, optima, self._quality, self._torque_length(surface)):
+            if merit > 0.0:
+                yield rank, merit
+            else:
+                self.tried += 1
+                self.rejected[NOT_CLOSED] += 1
+
+    def settle(
+        self, follower: Follower, initial: InitialGrasp, surface: Surface, found: list[Candidate]
+    ) -> None:
+        """Let the index move a grasp on as the hand allows; keep what is a grasp then."""
+        self.judge(follower, initial, surface, settle(follower, surface, self.settler), found)
+
+    def judge(
+        self,
+        follower: Follower,
+        initial: InitialGrasp,
+        surface: Surface,
+        feasible: bool,
+        found: list[Candidate],
+    ) -> None:
+        """Keep a local optimum that is a grasp; note why another one is not."""
+        self.tried += 1
+        self.followers.append(follower)
+        points, normals = surface.points[follower.vertices], surface.normals[follower.vertices]
+        if not feasible:
+            assert self.checker is not None
+            self.rejected[self.checker.reason(points, normals)] += 1
+            return
+        quality = quality_of(surface, follower.vertices, self._quality, self._torque_length(surface))
+        # The origin is inside the grasp wrench space exactly when a ball around it is.
+        if quality.q3 <= CLOSURE_TOLERANCE:
+            self.rejected[NOT_CLOSED] += 1
+            return
+        score = self.index.score(surface, follower.vertices)
+        merit = merit_of(quality) if self.planner.select == "quality" else score
+        found.append(Candidate(follower, initial, quality, score, merit))
+
+    def quality_on(self, surface: Surface, vertices: IntArray) -> GraspQuality:
+        """Return Q1, Q2 and Q3 of contacts on a surface, vertices of shape (n_f,)."""
+        return quality_of(surface, vertices, self._quality, self._torque_length(surface))
+
+    def failure(self, n_f: int) -> PlanningError:
+        """Return an error that says why nothing is a grasp."""
+        reasons = ", ".join(f"{reason} ({count} times)" for reason, count in self.rejected.most_common(3))
+        return PlanningError(
+            f"none of {self.tried} first grasps of {n_f} fingers led to a grasp: {reasons}",
+            remedy="try another hand, more fingers or a lower planner.barrier, or another index",
+            reasons=dict(self.rejected),
+            tried=self.tried,
+        )
+
+    def _torque_length(self, surface: Surface) -> float:
+        if surface is not self._measured:
+            self._measured = surface
+            self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
+        return self._length_m
+
+
+def route(follower: Follower, last: Surface) -> tuple[Grasp, tuple[Grasp, ...]]:
+    """Return a follower's final grasp, and the configurations that led to it, the final one last.
+
+    Args:
+        follower: Where it went.
+        last: The surface it ended on.
+    """
+    history: list[Grasp] = []
+    before: tuple[int, tuple[int, ...]] | None = None
+    for surface, vertices in follower.via:
+        key = (id(surface), tuple(vertices.tolist()))
+        if key != before:
+            history.append(grasp_at(surface, vertices, None))
+        before = key
+    grasp = grasp_at(last, follower.vertices, follower.posture)
+    return grasp, (*history[:-1], grasp)
+
+
+def grasp_at(surface: Surface, vertices: IntArray, posture: HandPosture | None) -> Grasp:
+    """Return the grasp at some vertices of a surface, shape (n_f,)."""
+    return Grasp(
+        vertices=vertices,
+        points=surface.points[vertices],
+        normals=surface.normals[vertices],
+        centroid=surface.centroid,
+        posture=posture,
+    )

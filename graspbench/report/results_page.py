@@ -1,0 +1,53 @@
+"""The page of results folders, with the tables that stand first on it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from graspbench.report.comparison import comparison_table
+from graspbench.report.correlations import correlation_table
+from graspbench.report.html import Pictures, write_page
+from graspbench.report.tables import Table
+from graspbench.results.columns import results_frame
+from graspbench.results.store import LoadedResults, load_results
+
+
+def write_results_page(folders: Sequence[Path], output_dir: Path) -> Path:
+    """Read results folders and write their page.
+
+    Args:
+        folders: Results folders; merged.
+        output_dir: Where ``index.html`` goes; made if need be.
+
+    Raises:
+        LogError: A folder does not exist or holds no trial.
+    """
+    loaded = load_results(list(folders))
+    trials = results_frame(loaded.results, loaded.folders)
+    correlations = correlation_table(trials)
+    tables = [comparison_table(trials), *([correlations] if correlations.rows else [])]
+    return write_loaded_page(folders, loaded, trials, output_dir, tables)
+
+
+def write_loaded_page(
+    folders: Sequence[Path],
+    loaded: LoadedResults,
+    trials: pd.DataFrame,
+    output_dir: Path,
+    tables: Sequence[Table],
+    pictures: Pictures = "auto",
+) -> Path:
+    """Write the page of results that were read already.
+
+    Args:
+        folders: Where they are from.
+        loaded: What was read.
+        trials: The same as a table.
+        output_dir: Where ``index.html`` goes; made if need be.
+        tables: What stands first on it.
+        pictures: See `graspbench.report.html.write_page`.
+    """
+    places = {trial_id: Path(folder) for trial_id, folder in loaded.folders.items()}
+    title = ", ".join(folder.resolve().name for folder in folders)
+    return write_page(trials, output_dir, places, title=title, pictures=pictures, tables=tables)
