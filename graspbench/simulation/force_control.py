@@ -11,6 +11,9 @@ from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
 _RENEW_S = 0.02
+_STEADY_SHARE = 0.2
+_EFFORT_SHARE = 0.9
+"""Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
 
 class ForceControl:
@@ -36,7 +39,6 @@ class ForceControl:
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
         carrying = self._weight_n / (stage.friction.coulomb * len(fingers))
-        self.mean_force_n = float(max(p.grip_force_n, p.grip_safety * carrying))
         self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
@@ -48,6 +50,20 @@ class ForceControl:
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._sharing = np.zeros((len(fingers), 3, 3))
+        needed = p.grip_safety * carrying
+        self.mean_force_n = float(max(needed, min(p.grip_force_n, self._steady_force_n())))
+
+    def _steady_force_n(self) -> float:
+        """Return the mean normal force up to which the fingers' springs keep the grip from rolling away.
+
+        Opposing forces F on contacts at a distance r from their middle act on a turn of the object like a
+        spring of stiffness -F r; it takes the fingers' springs, k r^2, to hold it (Cutkosky and Kao 1989).
+        """
+        points = np.stack([touch.point for touch in self._felt])
+        radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).min())
+        jacobians = self._model.tip_jacobians(self.rest)[list(self._fingers)]
+        softest = self._stage.parameters.stiffness_nm_rad / np.linalg.norm(jacobians, 2, axis=(1, 2)) ** 2
+        return _STEADY_SHARE * radius * float(softest.min())
 
     def touches(self) -> list[Touch | None]:
         """Return how each finger touches the object now, None where it does not."""
@@ -99,6 +115,18 @@ class ForceControl:
         rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
         self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
         self._own_weight = np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
+        self._pressing *= self._within_effort()
+
+    def _within_effort(self) -> float:
+        """Return the share of the grip force, 0 to 1, that leaves no joint at its limit of torque.
+
+        One share for all fingers: forces that are cut joint by joint are in balance no more.
+        """
+        limits = _EFFORT_SHARE * self._model.effort_limits
+        room = limits - np.sign(self._pressing) * (self._own_weight + self._carrying)
+        pressing = np.abs(self._pressing)
+        shares = np.divide(room, pressing, out=np.ones_like(room), where=pressing > 1e-9)
+        return float(np.clip(shares[self._joints].min(), 0.0, 1.0))
 
 
 def _weight_sharing(points: FloatArray) -> FloatArray:
