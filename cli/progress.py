@@ -9,6 +9,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from graspbench.cli.printing import err
 
@@ -58,16 +59,15 @@ class SweepProgress:
             self._bad += 1
             trial_id = result.trial_id
             reason = (result.reason or "").partition("\n")[0]
+            name = (self._names.get(trial_id, ""), "dim")
             self._bar.console.print(
-                f"[red]{result.status}[/red] {trial_id} [dim]{self._names.get(trial_id, '')}[/dim]",
-                end=" ",
+                Text.assemble((result.status, "red"), f" {trial_id} ", name, f" {reason}")
             )
-            self._bar.console.print(reason, markup=False)
         self._bar.update(self._task, completed=self._done, pace=self.pace())
         now = time.monotonic()
         if self._bar.disable and (now - self._said > _QUIET_S or self._done == self._total):
             self._said = now
-            err.print(f"{self._done}/{self._total} trials, {self.pace()}", markup=False)
+            err.print(f"{self._done}/{self._total} trials, {self.pace()}")
 
     def pace(self) -> str:
         """Return rate, remaining time and number of failures in words."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # What every table says first; then the choices and the keys that any of its trials overrode.
 _FIRST = ("trial_id", "status", "reason", "success")
 _CHOICE = "choice"
+_SWITCH = "yes or no"
 # Parts of the configuration that every row has: what planning and execution may have set apart, and what
 # an in-hand motion was.
 _ALWAYS = (
@@ -74,11 +75,18 @@ def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | N
 def parquet_bytes(frame: "pd.DataFrame") -> bytes:
     """Return a table of trials as a Parquet file: columns keep their types, missing values are null."""
     typed = frame.convert_dtypes()
+    for name in (name for name in typed if typed[name].isna().all() and _is_switch(str(name))):
+        typed[name] = typed[name].astype("boolean")
     for name in typed.select_dtypes(object):  # values of several kinds
         typed[name] = typed[name].map(str, na_action="ignore").astype("string")
     buffer = io.BytesIO()
     typed.to_parquet(buffer, index=False)
     return buffer.getvalue()
+
+
+def _is_switch(name: str) -> bool:
+    described = describe_column(name)
+    return described is not None and described.unit == _SWITCH
 
 
 def describe_column(name: str) -> ColumnDescription | None:
@@ -243,7 +251,7 @@ def _inner(hint: Any) -> tuple[Any, bool]:
 
 
 def _kind(kind: Any) -> str:
-    return {bool: "yes or no", int: "count", str: "text"}.get(kind, "")
+    return {bool: _SWITCH, int: "count", str: "text"}.get(kind, "")
 
 
 def _matches(name: str, pattern: str) -> bool:

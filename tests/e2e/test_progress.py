@@ -6,10 +6,11 @@ import threading
 import pytest
 
 from graspbench.cli.progress import SweepProgress, interruptible
+from graspbench.results.trial_result import TrialResult
 
 
 def result(trial_id, status="done", reason=None):
-    return {"trial_id": trial_id, "status": status, "reason": reason}
+    return TrialResult(trial_id=trial_id, status=status, reason=reason)
 
 
 def test_failures_are_shown_at_once_and_the_end_is_counted(capfd):

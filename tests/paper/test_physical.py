@@ -6,6 +6,8 @@ import json
 import pytest
 
 from graspbench.paper.physical import success_rows
+from graspbench.results.physical_results import ExecutedResult
+from graspbench.results.trial_result import ObjectResult, TrialResult
 from tests.e2e.conftest import cli  # noqa: F401  the real command line, in this process
 
 CHEAP = (
@@ -17,8 +19,18 @@ CHEAP = (
 def trial(name, success=None, push=None, reason=None):
     execution = None
     if success is not None:
-        execution = {"success": success, "largest_push_weight": push, "reason": reason}
-    return {"object": {"name": name}, "reason": None if execution else reason, "execution": execution}
+        execution = ExecutedResult(
+            success=success, reason=reason, fingers=3, contacts_made=3, contact_time_s=(), contact_error_m=(),
+            tip_error_max_m=0.0, palm_error_max_m=0.0, object_displacement_m=0.0, object_turn_deg=0.0,
+            grip_force_n=1.0, time_s=1.0, largest_push_weight=push,
+        )  # fmt: skip
+    return TrialResult(
+        trial_id=name,
+        status="done" if execution else "failed",
+        reason=None if execution else reason,
+        object=ObjectResult(name),
+        execution=execution,
+    )
 
 
 def test_only_planned_grasps_count():
