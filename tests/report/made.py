@@ -17,7 +17,17 @@ LOCAL = LocalResult(
     planning_time_s=0.2, time_s=0.3,
 )  # fmt: skip
 GLOBAL = GlobalGraspResult(
-    value=0.8, upper_bound=0.8, gap=0.0, optimal=True, evaluated=1, pruned=0.9, placements=1, time_s=1.0
+    value=0.8,
+    upper_bound=0.8,
+    upper_bound_up_to_solver=0.8,
+    gap=0.0,
+    optimal=True,
+    optimal_up_to_solver=True,
+    doubtful=0,
+    evaluated=1,
+    pruned=0.9,
+    placements=1,
+    time_s=1.0,
 )
 EXECUTED = ExecutedResult(
     success=True, reason=None, fingers=3, contacts_made=3, contact_time_s=(), contact_error_m=(),
