@@ -19,7 +19,7 @@ from graspbench.hand.posture_search import (
     PostureSearch,
     surroundings_of,
 )
-from graspbench.hand.reach import pair_limit
+from graspbench.hand.reach import pair_limit, tip_gap
 from graspbench.hand.task import Task
 from graspbench.hand.verification import verify_posture
 
@@ -162,7 +162,8 @@ class GraspChecker:
             return True
         apart = np.linalg.norm(task.targets[:, None] - task.targets[None, :], axis=2)
         apart[np.diag_indices(len(apart))] = np.inf
-        return bool(apart.min() < 2.0 * self.hand.tip_radius_m + self.margins.hand_m - 2.0 * TIP_TOLERANCE_M)
+        gap = tip_gap(self.hand)
+        return gap > 0.0 and bool(apart.min() < gap + self.margins.hand_m - 2.0 * TIP_TOLERANCE_M)
 
     def verify(
         self,

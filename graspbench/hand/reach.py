@@ -7,6 +7,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.hand.chains import LOWER, UPPER
 from graspbench.hand.model import HandModel
+from graspbench.hand.shapes import FINGER, LINK, RADIUS
 
 SAMPLES = 9
 DIRECTIONS = 200
@@ -41,6 +42,25 @@ def pair_limit(hand: HandModel) -> float:
             spread = max(float((far[f] - near[g]).max()), float((far[g] - near[f]).max()))
             limit = max(limit, spread / np.cos(0.2) + slack[f] + slack[g])
     return limit + 2 * hand.tip_radius_m
+
+
+@lru_cache(maxsize=32)
+def tip_gap(hand: HandModel) -> float:
+    """Return a distance that the centres of two fingertips keep at least, or they would overlap, m.
+
+    It is 0 unless each finger's collision shapes have a ball around the centre of its tip.
+    """
+    shapes, chains = hand.shapes, hand.chains
+    radii = []
+    for f in range(hand.n_fingers):
+        ball = (shapes.index[:, FINGER] == f) & (shapes.index[:, LINK] == chains.counts[f] - 1)
+        ball &= np.all(shapes.size[:, :3] == 0.0, axis=1)
+        ball &= np.all(np.abs(shapes.local[:, :, 3] - chains.tips[f]) <= 1e-9, axis=1)
+        if not np.any(ball):
+            return 0.0
+        radii.append(float(shapes.size[ball, RADIUS].max()))
+    least = sorted(radii)[:2]
+    return sum(least) if len(least) == 2 else 0.0
 
 
 def _sampled_tips(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
