@@ -52,6 +52,12 @@ class ExecutionParameters:
             gt=0, description="Normal forces add up to this many times what carries the weight by friction"
         ),
     ] = 4.0
+    steady_share: Annotated[
+        float,
+        Field(
+            gt=0, description="grip_force_n counts up to this share of what the fingers' springs keep steady"
+        ),
+    ] = 0.2
     squeeze_time_s: Annotated[float, Field(gt=0, description="Time in which the grip force builds up, s")] = (
         0.4
     )

@@ -11,7 +11,8 @@ from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
 _RENEW_S = 0.02
-_STEADY_SHARE = 0.2
+# Times what the weight needs: only objects lighter than that are gripped less than they are told.
+_AMPLE = 4.0
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -51,7 +52,8 @@ class ForceControl:
         self._forces = np.zeros((len(fingers), 3))
         self._sharing = np.zeros((len(fingers), 3, 3))
         needed = p.grip_safety * carrying
-        self.mean_force_n = float(max(needed, min(p.grip_force_n, self._steady_force_n())))
+        steady = max(self._steady_force_n(), _AMPLE * needed)
+        self.mean_force_n = float(max(needed, min(p.grip_force_n, steady)))
 
     def _steady_force_n(self) -> float:
         """Return the mean normal force up to which the fingers' springs keep the grip from rolling away.
@@ -63,7 +65,7 @@ class ForceControl:
         radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).min())
         jacobians = self._model.tip_jacobians(self.rest)[list(self._fingers)]
         softest = self._stage.parameters.stiffness_nm_rad / np.linalg.norm(jacobians, 2, axis=(1, 2)) ** 2
-        return _STEADY_SHARE * radius * float(softest.min())
+        return self._stage.parameters.steady_share * radius * float(softest.min())
 
     def touches(self) -> list[Touch | None]:
         """Return how each finger touches the object now, None where it does not."""

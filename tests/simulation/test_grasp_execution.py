@@ -89,7 +89,7 @@ def test_friction_carries_what_coulomb_allows(hand, load, holds):
     mass = load * 3 * friction * force / 9.81
     result = run(
         hand, cylinder(mass_kg=mass), tip(friction, 0.0), grip_force_n=force, grip_safety=0.01,
-        rotation_deg=0.0,
+        steady_share=1.0, rotation_deg=0.0,
     )  # fmt: skip
     assert result.contacts_made == 3
     assert result.success is holds, result.reason
