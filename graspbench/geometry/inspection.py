@@ -270,11 +270,6 @@ def _genus_problems(name: str, vertices: FloatArray, faces: IntArray, genera: li
     girth = thinnest_loop(vertices, faces)[1]
     if not is_spurious(girth, vertices):
         return []
-    if len(genera) > 1 or len(faces) > _MAX_SEARCHED:
-        return []
-    girth = thinnest_loop(vertices, faces)[1]
-    if not is_spurious(girth, vertices):
-        return []
     holes = "a hole" if handles == 1 else f"{handles} holes"
     what = f"{name} has {holes} through it, only {_length(girth)} around where the thinnest is"
     return [MeshProblem("genus", what, "cut it with a repair, since it may be a scan's error", True)]
