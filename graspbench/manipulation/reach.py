@@ -114,7 +114,7 @@ def follow(
 def reachable_range(held: HeldObject, clik: ClikParameters) -> tuple[RangeEntry, ...]:
     """Return how far the object can be moved and turned along and about each palm axis, both ways.
 
-    The motion looked for takes 10 s to `MAX_TRANSLATION_M` or `MAX_ROTATION_DEG`; a slower one may go farther.
+    The motions take 10 s to `MAX_TRANSLATION_M` or `MAX_ROTATION_DEG`; slower ones may go farther.
 
     Args:
         held: Where it starts.
