@@ -114,6 +114,8 @@ def follow(
 def reachable_range(held: HeldObject, clik: ClikParameters) -> tuple[RangeEntry, ...]:
     """Return how far the object can be moved and turned along and about each palm axis, both ways.
 
+    The motions take 10 s to `MAX_TRANSLATION_M` or `MAX_ROTATION_DEG`; slower ones may go farther.
+
     Args:
         held: Where it starts.
         clik: Inverse kinematics and secondary tasks; its period is lengthened where that is safe.

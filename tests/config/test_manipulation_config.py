@@ -40,13 +40,13 @@ def test_every_option_of_the_groups_composes(group):
 
 def test_groups_and_values_reach_the_parameters():
     groups = ["object=duck", "hand=allegro", "clik=qp", "clik/tasks=none", "motion=rotate", "contact=hard"]
-    values = ["motion.rotation_deg=[0,0,5]", "clik.qp.tolerance=1e-8", "contact.forces.friction=0.7"]
+    values = ["motion.rotation_deg=[0,0,5]", "clik.qp.limit_gain=50", "contact.forces.friction=0.7"]
     config = load_manipulation_config([*groups, *values])
     assert config.hand.name == "allegro"
     assert (config.clik.method, config.clik.integrator) == ("qp", "euler")
     assert dict(config.clik.tasks) == {}
     assert config.motion.rotation_deg == (0.0, 0.0, 5.0)
-    assert config.clik.qp.tolerance == 1e-8
+    assert config.clik.qp.limit_gain == 50.0
     assert (config.contact.kind, config.contact.forces.friction) == ("hard", 0.7)
 
 

