@@ -130,6 +130,8 @@ class PlanarObjective:
         self._directions = even_directions(PLANAR_DIRECTIONS[size], size)
         traces = np.sum(layout.maps**2, axis=(1, 2))
         self._caps = np.array([traces[a:b].max() for a, b in layout.tree.span])
+        lengths = np.linalg.norm(layout.wrenches, axis=2).max(axis=1)
+        self._lengths = np.array([lengths[a:b].max() for a, b in layout.tree.span])
 
     def bound(self, tuples: IntArray, bounds: FloatArray, lower: float) -> None:
         """See `Objective`."""
@@ -137,6 +139,10 @@ class PlanarObjective:
             tuples, bounds, self._layout.branches, self._layout.balls, self._caps, self._arms, self._normals,
             self._vertices, self._directions, self._code, self._minkowski, self._limits, lower,
         )  # fmt: skip
+        if self._measure == "q3":  # no ball reaches farther than the longest wrench
+            lengths = self._lengths[tuples]
+            longest = lengths.sum(axis=1) if self._minkowski else lengths.max(axis=1)
+            np.minimum(bounds, longest * (1.0 + 1e-9), out=bounds)
 
     def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
         """See `Objective`."""
