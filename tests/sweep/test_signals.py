@@ -13,6 +13,17 @@ QUICK = (
 )  # fmt: skip
 
 
+def _started(command: list[str]) -> subprocess.Popen[str]:
+    """Start a command as a terminal does: in a group of its own, Ctrl-C not ignored."""
+    return subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
 def _group_is_gone(group: int) -> bool:
     try:
         os.killpg(group, 0)
@@ -35,7 +46,7 @@ def test_a_signal_ends_a_sweep_cleanly(tmp_path, which, after_s):
         "-o",
         str(tmp_path / "r"),
     ]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = _started(command)
     time.sleep(after_s)
     if which == signal.SIGINT:
         os.killpg(process.pid, which)  # as a terminal sends it
@@ -56,7 +67,7 @@ def test_a_signal_ends_a_sweep_cleanly(tmp_path, which, after_s):
 @pytest.mark.parametrize("which", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_run_cleanly(tmp_path, which):
     command = [sys.executable, "-m", "graspbench.cli", "run", *QUICK[:-1], "-o", str(tmp_path / "p" / "r")]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = _started(command)
     assert process.stderr is not None
     first = process.stderr.readline()  # a stage has ended: the trial is under way
     process.send_signal(which)
