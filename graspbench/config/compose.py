@@ -7,7 +7,6 @@ for it once per combination of groups and only sets values afterwards.
 
 import copy
 import difflib
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,14 +16,14 @@ from typing import Any
 from hydra import compose, initialize_config_dir
 from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Glob, Override, Transformer
+from hydra.core.override_parser.types import Override
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 import graspbench.conf
-from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, grids_of, keys_of, named_experiment
+from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, keys_of
+from graspbench.config.overrides import first_line, parse_overrides
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
     TASKS_KEY,
@@ -33,12 +32,10 @@ from graspbench.config.schema import (
     complete_with_defaults,
 )
 from graspbench.errors import ConfigurationError
-from graspbench.geometry import list_folder, list_objects
+from graspbench.geometry import list_objects
 from graspbench.planning.index import INDICES
 
 Tree = dict[str, Any]
-
-_OBJECT_ID = "object.id"
 
 CONF_DIR = Path(graspbench.conf.__path__[0])
 
@@ -81,59 +78,6 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
 
 
-def experiment_overrides(overrides: Sequence[str], config_dir: Path | None = None) -> list[str]:
-    """Return what the experiment that overrides name sets itself, and the overrides of its grids.
-
-    Raises:
-        ConfigurationError: An override cannot be read.
-    """
-    named = [named_experiment(each) for each in _parse(overrides) if _names(each)]
-    roots = (config_dir, CONF_DIR)
-    found = [f"{key}=" for name in named for key in keys_of(name, roots)]
-    return [*found, *(text for name in named for grid in grids_of(name, roots) for text in grid)]
-
-
-def experiment_only(overrides: Sequence[str]) -> list[str]:
-    """Return the overrides that name an experiment.
-
-    Raises:
-        ConfigurationError: An override cannot be read.
-    """
-    return [text for text, each in zip(overrides, _parse(overrides), strict=True) if _names(each)]
-
-
-def _names(override: Override) -> bool:
-    return bool(override.key_or_group == EXPERIMENT)
-
-
-def expand_sweep(
-    overrides: Sequence[str], config_dir: Path | None = None, primary: Primary = "config"
-) -> list[tuple[str, ...]]:
-    """Expand Hydra's sweep grammar into the grid of single trials.
-
-    Args:
-        overrides: For example ``["object=teddy,bottle", "index.k_cm=0,1", "seed=range(0,3)"]``.
-        config_dir: A user's folder with further groups and options.
-        primary: The primary configuration that the groups belong to.
-
-    Returns:
-        One tuple of plain overrides a trial; the last override varies fastest.
-
-    Raises:
-        ConfigurationError: An override cannot be parsed, or a glob matches nothing.
-    """
-    parsed = _parse(overrides)
-    experiments = [override for override in parsed if _names(override)]
-    names = [named_experiment(override) for override in experiments]
-    cells: dict[tuple[str, ...], None] = {}
-    for grid in grids_of(names[-1] if names else None, (config_dir, CONF_DIR)):
-        given = {override.key_or_group for override in parsed}
-        all_of_cell = [*(each for each in _parse(grid) if each.key_or_group not in given), *parsed]
-        axes = [_axis(override, all_of_cell, config_dir, primary) for override in all_of_cell]
-        cells |= dict.fromkeys(itertools.product(*axes))
-    return list(cells)
-
-
 def compose_tree(
     overrides: Sequence[str] = (), config_dir: Path | None = None, primary: Primary = "config"
 ) -> Tree:
@@ -169,7 +113,7 @@ def compose_configuration(
     groups = group_options(config_dir, primary)
     choices: dict[str, str] = {}
     values: list[Override] = []
-    for override in _parse(overrides):
+    for override in parse_overrides(overrides):
         text = override.input_line or ""
         if override.is_sweep_override():
             raise ConfigurationError(
@@ -208,7 +152,7 @@ def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:
         ConfigurationError: An override cannot be read, is no single value, or names no key.
     """
     changed = copy.deepcopy(tree)
-    for override in _parse(overrides):
+    for override in parse_overrides(overrides):
         if override.is_sweep_override() or override.is_delete():
             raise ConfigurationError(
                 f"'{override.input_line}' is no single value", remedy="give each key one value"
@@ -224,7 +168,7 @@ def _resolved(tree: Tree) -> Tree:
     try:
         resolved = OmegaConf.to_container(OmegaConf.create(tree), resolve=True)
     except OmegaConfBaseException as error:
-        raise ConfigurationError(f"an interpolation cannot be resolved ({_first_line(error)})") from error
+        raise ConfigurationError(f"an interpolation cannot be resolved ({first_line(error)})") from error
     assert isinstance(resolved, dict)
     return {str(key): value for key, value in resolved.items()}
 
@@ -236,50 +180,6 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, An
             yield from flatten(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
-
-
-def _parse(overrides: Sequence[str]) -> list[Override]:
-    parser = OverridesParser.create()
-    parsed = []
-    for text in overrides:
-        try:
-            parsed.append(parser.parse_override(text))
-        except HydraException as error:
-            raise ConfigurationError(
-                f"the override '{text}' cannot be read ({_first_line(error)})",
-                remedy="write key=value or group=option",
-                override=text,
-            ) from error
-    return parsed
-
-
-def _axis(
-    override: Override, others: Sequence[Override], config_dir: Path | None, primary: Primary
-) -> list[str]:
-    key = override.get_key_element()
-    value: Any = override.value()
-    if isinstance(value, Glob):
-        options = group_options(config_dir, primary).get(override.key_or_group, ())
-        if override.key_or_group == _OBJECT_ID:
-            options = _object_ids(others, config_dir)
-        names = value.filter(list(options))
-        if not names:
-            raise ConfigurationError(
-                f"'{override.input_line}' matches no option",
-                remedy=f"choose from {', '.join(options) or 'a configuration group'}",
-            )
-        return [f"{key}={name}" for name in names]
-    if not override.is_sweep_override():
-        return [override.input_line or ""]
-    return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
-
-
-def _object_ids(overrides: Sequence[Override], config_dir: Path | None) -> tuple[str, ...]:
-    """Return the names in the folder that a sweep takes its objects from."""
-    of_object = [item for item in overrides if item.get_key_element().split(".")[0] == "object"]
-    single = [item.input_line or "" for item in of_object if not item.is_sweep_override()]
-    folder = compose_tree(single, config_dir)["object"]["folder"]
-    return () if folder is None else tuple(item.name for item in list_folder(Path(folder).expanduser()))
 
 
 def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:
@@ -310,7 +210,7 @@ def _compose_groups(
             composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigurationError(
-            f"the configuration cannot be composed ({_first_line(error)})",
+            f"the configuration cannot be composed ({first_line(error)})",
             remedy="look at it with 'graspbench config'",
         ) from error
     assert isinstance(composed, dict)
@@ -399,7 +299,3 @@ def _store_options_without_file(config_dir: Path | None) -> None:
         ]
         for name in sorted(set(names) - set(files)):
             store.store(name, {"name": name}, group=group, provider="graspbench")
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0].rstrip(".") if str(error).strip() else type(error).__name__

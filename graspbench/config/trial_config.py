@@ -14,11 +14,9 @@ from graspbench.config.compose import (
     Composed,
     Tree,
     compose_configuration,
-    expand_sweep,
-    experiment_only,
-    experiment_overrides,
     set_values,
 )
+from graspbench.config.grid import expand_sweep, experiment_only, experiment_overrides
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
     NOT_SECTIONS,

@@ -7,8 +7,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graspbench.config.compose import compose_tree, expand_sweep, group_options
+    from graspbench.config.compose import compose_tree, group_options
     from graspbench.config.engine import EngineParameters, load_engine, split_engine
+    from graspbench.config.grid import expand_sweep
     from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
@@ -43,7 +44,7 @@ _HOMES = {
     "describe_column": "results.columns",
     "describe_hands": "experiment.catalogue",
     "describe_objects": "experiment.catalogue",
-    "expand_sweep": "config.compose",
+    "expand_sweep": "config.grid",
     "group_options": "config.compose",
     "load_config": "config.trial_config",
     "load_engine": "config.engine",

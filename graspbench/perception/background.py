@@ -11,8 +11,8 @@ from graspbench.compiled import compiled
 
 FloatImage = npt.NDArray[np.float32]
 
-_MOST_SAMPLES = 5000
-_MOST_MODES = 6
+_MAX_SAMPLES = 5000
+_MAX_MODES = 6
 _SMALLEST_SHARE = 0.02
 _SMALLEST_SHARE_OF_ONE = 0.08
 _SMALLEST_SHARE_OF_IMAGES = 0.3
@@ -68,14 +68,14 @@ def learn_background(
         border_fraction: Width of the border that is looked at, as a fraction of the image's height.
     """
     borders = [_border(image, border_fraction) for image in images]
-    step = max(1, sum(map(len, borders)) // _MOST_SAMPLES)
+    step = max(1, sum(map(len, borders)) // _MAX_SAMPLES)
     samples = np.concatenate([border[::step] for border in borders])
     source = np.repeat(np.arange(len(borders)), [len(border[::step]) for border in borders])
     pixels = samples.astype(np.float32)
     modes = np.empty((0, 5), dtype=np.float32)
     explained = np.zeros(len(pixels), dtype=np.bool_)
     open_ = ~explained
-    for _ in range(_MOST_MODES):
+    for _ in range(_MAX_MODES):
         if len(modes) and open_.mean() < _SMALLEST_SHARE:
             break
         mode = _next_mode(pixels[open_], darkest_shadow)

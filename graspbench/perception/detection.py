@@ -12,7 +12,7 @@ from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, s
 from graspbench.perception.stations import Station, StationParameters
 from graspbench.perception.triangulation import triangulate_centre
 
-_MOST_ROUNDS = 6
+_MAX_ROUNDS = 6
 _SETTLED_M = 1e-3
 _TREMBLING_M = 2e-2
 _SLANTS_DEG = ((0.0, 0.0), (45.0, 0.0), (45.0, 90.0))
@@ -49,7 +49,7 @@ def detect_object(
         StationError: The optical axis does not come to rest on the object.
     """
     guess = np.zeros(3)
-    for round_number in range(_MOST_ROUNDS):
+    for round_number in range(_MAX_ROUNDS):
         # The first guess has no height yet: the view from above alone is sure to be near.
         slants = _SLANTS_DEG[:1] if round_number == 0 else _SLANTS_DEG
         views = [take(_wide_station(i, guess, slant, parameters)) for i, slant in enumerate(slants)]
@@ -74,7 +74,7 @@ def detect_object(
     if moved < _TREMBLING_M:
         return Detection(guess, _radius(found, guess))
     raise StationError(
-        f"the optical axis still moves by {1e3 * moved:.1f} mm after {_MOST_ROUNDS} looks at the object",
+        f"the optical axis still moves by {1e3 * moved:.1f} mm after {_MAX_ROUNDS} looks at the object",
         remedy="check that the object does not move and that the camera is calibrated",
         moved_m=moved,
     )

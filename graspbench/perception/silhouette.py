@@ -35,7 +35,7 @@ _DOUBTFUL_FRACTION = 0.05
 _DEEPER_PX = 3
 _DOUBTFUL_BLUR_PX = 0.8
 _FAINT = 0.7
-_MOST_REFINEMENTS = 6
+_MAX_REFINEMENTS = 6
 _MOVED_FRACTION = 0.05
 _SURE_SHARE = 0.5
 
@@ -267,7 +267,7 @@ def _silhouette(
     if np.count_nonzero(blob) < parameters.smallest_area_px:
         raise _empty(station)
     noisy = float(background.distance(crop[::3, ::3])[~blob[::3, ::3]].mean()) > _NOISY
-    steps = _MOST_REFINEMENTS if doubtful or noisy else 1
+    steps = _MAX_REFINEMENTS if doubtful or noisy else 1
     inside, coverage = _refine(calm if noisy else crop, blob, steps, parameters)
     return _describe(station, inside, window, coverage, view.camera)
 

@@ -91,8 +91,8 @@ def reason(row: Mapping[str, Any], result: TrialResult, span_m: float) -> str:
         text += f"; the refined grasp is on another summit, {1e3 * gap:.0f} mm a contact from the global one"
     if not row["optimal"] and row["gap"] is not None:
         text += f"; the optimum is known within {100 * row['gap']:.1f} % only"
-        if found["optimal_up_to_solver"]:
-            text += f": {found['doubtful']} better grasps were refused by the posture solver, no proof"
+        if found.optimal_up_to_solver and found.doubtful is not None:
+            text += f": {found.doubtful} better grasps were refused by the posture solver, no proof"
     return text[0].upper() + text[1:] + "."
 
 

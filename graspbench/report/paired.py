@@ -53,7 +53,7 @@ def compare_experiments(
         Benjamini and Hochberg's correction for the number of values.
 
     Raises:
-        LogError: No trial of A has a partner in B.
+        LogError: No trial of A has a partner in B, or no value is known in both.
     """
     keys = _pairing(first, second)
     chosen = [
@@ -61,9 +61,15 @@ def compare_experiments(
         for name in (values or c.COMPARED)
         if all(c.numbers(table, name).notna().any() for table in (first, second))
     ]
+    if not chosen:
+        wanted = " or ".join(values or c.COMPARED)
+        raise LogError(
+            f"the two experiments have no value of {wanted} in common",
+            remedy="choose --value from columns that trials of both have; success needs an execution",
+        )
     a, b = (_means(table, keys, chosen) for table in (first, second))
     common = a.index.intersection(b.index)
-    if not len(common) or not chosen:
+    if not len(common):
         raise LogError(
             "no trial of the first experiment has a partner in the second",
             remedy="compare experiments over the same objects, hands and seeds",

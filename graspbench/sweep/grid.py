@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from graspbench.config.compose import expand_sweep
 from graspbench.config.engine import EngineParameters
+from graspbench.config.grid import expand_sweep
 from graspbench.config.trial_config import TrialConfig, kind_of, load_any_config
 from graspbench.results.store import ResultStore
 from graspbench.results.trial_result import TrialResult
