@@ -20,7 +20,7 @@ from graspbench.report.notes import status_notes, success_notes, version_notes
         ("provenance.host", False),
         ("choice.record", False),
         ("execution.largest_push_weight", False),
-        ("execution.friction", True),
+        ("execution.friction", False),
         ("quality.friction", True),
         ("execution.phases.lift.slip_m", False),
     ],

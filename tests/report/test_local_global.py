@@ -1,5 +1,7 @@
 """Rows, sentences, tables and pictures of the comparison of local and global grasps."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -15,29 +17,36 @@ from graspbench.report.local_global import (
 )
 from graspbench.report.local_global_figures import draw_grasps, draw_ratios
 from graspbench.report.tables import table_files
+from graspbench.results.grasp_results import ContactResult, RefinedGraspResult
+from graspbench.results.trial_result import ObjectResult
 from tests.planning.shapes import ellipsoid
+from tests.report.made import GLOBAL, LOCAL, made_result
 
 TRIANGLE = 0.03 * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.radians([90.0, 210.0, 330.0])])
 
 
-def _grasp(points, **values):
-    contacts = [{"vertex": k, "point": list(p), "normal": [0, 0, 1]} for k, p in enumerate(points)]
-    return {"contacts": contacts, "centroid": [0.0, 0.0, 0.0], **values}
+def _contacts(points):
+    contacts = tuple(ContactResult(k, tuple(point), (0.0, 0.0, 1.0)) for k, point in enumerate(points))
+    return {"contacts": contacts, "centroid": (0.0, 0.0, 0.0)}
 
 
 def _result(*, name="teddy", gain=1.0, ratio=0.8, refined=0.99, optimal=True):
     wide = TRIANGLE * [1.0, 2.0, 1.0] + [0.0, 0.0, 0.005]
     certificate = {"upper_bound": 2.2, "gap": 0.0 if optimal else 0.1, "optimal": optimal, "time_s": 1.9}
-    return {
-        "status": "done",
-        "trial_id": "0123456789",
-        "object": {"name": name},
-        "hand": {"name": "radial", "fingers": 3},
-        "index": {"name": "force_field", "k_cm": gain},
-        "local": _grasp(TRIANGLE, q2=2.0 * ratio, reconstruction_time_s=0.1, time_s=0.2),
-        "global": {"q2": _grasp(wide, value=2.0, **certificate)},
-        "refined": {"q2": _grasp(wide[::-1], value=2.0 * refined)},
-    }
+    certificate |= {"upper_bound_up_to_solver": 2.0, "doubtful": 0 if optimal else 7}
+    local = replace(LOCAL, q2=2.0 * ratio, reconstruction_time_s=0.1, time_s=0.2, **_contacts(TRIANGLE))
+    climbed = RefinedGraspResult(
+        start_value=2.0 * ratio, value=2.0 * refined, steps=1, evaluated=1, placements=1, time_s=0.1,
+        **_contacts(wide[::-1]),
+    )  # fmt: skip
+    return made_result(
+        "0123456789",
+        object=ObjectResult(name),
+        index={"name": "force_field", "k_cm": gain},
+        local=local,
+        global_={"q2": replace(GLOBAL, value=2.0, **certificate, **_contacts(wide))},
+        refined={"q2": climbed},
+    )
 
 
 def test_a_row_holds_ratios_times_and_the_thesis_ratio():
@@ -68,7 +77,7 @@ def test_short_is_below_the_thesis_or_badly_refined(change, met, short):
 
 
 def test_a_failed_trial_has_no_rows():
-    assert comparison_rows({"status": "failed"}) == []
+    assert comparison_rows(made_result("0123456789", status="failed", local=None, global_={})) == []
 
 
 def test_contacts_are_matched_whatever_their_order():
@@ -86,7 +95,7 @@ def test_the_sentence_says_how_the_grasps_differ():
     assert "5.0 mm from the centroid (local 0.0)" in text
     assert "equilateral (local 0," in text
     assert "0 mm a contact from the global one" in text
-    assert "within 10 % only" in text
+    assert "within 10.0 % only: 7 better grasps were refused by the posture solver, no proof." in text
 
 
 def test_tables_hold_every_row_and_what_they_say_in_all():
