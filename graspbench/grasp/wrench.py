@@ -30,7 +30,8 @@ def grasp_plane_normal(points: FloatArray, normals_in: FloatArray) -> FloatArray
         normals_in: Unit contact normals, shape (..., n_f, 3).
 
     Returns:
-        Shape (..., 3); its sign is of no meaning to the measures.
+        Shape (..., 3); its largest component is positive, so it does not depend on the contacts' order.
+        The sign decides where a friction cone with an odd number of edges begins; else it is of no meaning.
     """
     offsets = points - points.mean(axis=-2, keepdims=True)
     _, spread, axes = np.linalg.svd(offsets, full_matrices=True)
@@ -40,7 +41,8 @@ def grasp_plane_normal(points: FloatArray, normals_in: FloatArray) -> FloatArray
     for index in np.ndindex(collinear.shape):
         if collinear[index]:
             normal[index] = _plane_through_line(axes[index][0], normals_in[index])
-    return np.asarray(normal)
+    largest = np.argmax(np.abs(normal), axis=-1, keepdims=True)
+    return np.asarray(normal * np.where(np.take_along_axis(normal, largest, axis=-1) < 0.0, -1.0, 1.0))
 
 
 def wrench_projection(wrench_space: WrenchSpace, plane_normal: FloatArray | None = None) -> FloatArray:

@@ -221,7 +221,7 @@ def _promise(
             return value
     edges = vertices.shape[0] // 2 if vertices.shape[1] == 4 else vertices.shape[0]
     if edges % 2 == 1 and vertices.shape[1] > 1:
-        return value  # the first edge of an odd pyramid depends on the sign of the plane's normal
+        return value + 1e-7 * abs(value)  # the first edge of an odd pyramid depends on the plane's sign
     for i in range(n_f):
         _contact_wrenches(frame, normals[chosen[i]], arms[chosen[i]], vertices, wrenches, i)
     reach = _least_support(wrenches, n_f, directions, minkowski, max(lower, 0.0) if measure == Q3 else 0.0)
