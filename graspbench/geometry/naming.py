@@ -88,6 +88,9 @@ def _is_shared(path: Path) -> bool:
     """Whether a folder beside the file's own holds a file of the same name."""
     try:
         siblings = islice(path.parent.parent.iterdir(), _MAX_SIBLINGS)
-        return any(folder != path.parent and (folder / path.name).is_file() for folder in siblings)
+        return any(
+            (folder / path.name).is_file() and not folder.samefile(path.parent)  # nor a link to it
+            for folder in siblings
+        )
     except OSError:  # what may not be looked at tells nothing
         return False

@@ -23,7 +23,7 @@ def test_allegro_carries_the_duck_along_a_screw(moved):
     finished, _ = moved
     assert finished.code == 0, finished.stderr
     result = finished.document
-    assert result["schema"] == 2
+    assert result["schema"] == 3
     assert (result["status"], result["success"]) == ("done", True)
     assert (result["object"]["name"], result["hand"]["name"]) == ("duck", "allegro")
     figures = result["manipulation"]

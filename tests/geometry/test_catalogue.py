@@ -85,7 +85,7 @@ def test_the_choices_for_files_show_every_parameter(name):
     content = yaml.safe_load((CHOICES / f"{name}.yaml").read_text())
     assert list(content) == [f.name for f in fields(ObjectParameters)]
     parameters = TypeAdapter(ObjectParameters).validate_python(content)
-    assert parameters == ObjectParameters(name=name, id=parameters.id)
+    assert parameters == ObjectParameters(name=name, id=parameters.id, repair=name == "ycb")
 
 
 def test_a_new_object_is_one_file(tmp_path, monkeypatch):

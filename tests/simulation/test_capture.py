@@ -35,14 +35,16 @@ def take(model, scene, camera=CAMERA, seed=0):
     return views, [exact_mask(vertices, model.mesh.faces, camera, 5) for camera in ideal]
 
 
-def test_the_thirteen_views_lead_to_the_objects_centre():
+# The centroids' rays lead above the centre, the more so the nearer the cameras are that look down.
+@pytest.mark.parametrize(("fit", "atol"), [(False, 4e-3), (True, 6e-3)])
+def test_the_thirteen_views_lead_to_the_objects_centre(fit, atol):
     model = capsule()
     with World(model, SceneParameters(x_m=0.08, y_m=-0.05)) as world:
-        views = capture(world, CAMERA, STATIONS)
+        views = capture(world, CAMERA, replace(STATIONS, fit=fit))
         centre = world.transform_object_to_world[:3, 3]
     assert [v.station for v in views] == [s.name for s in place_stations(CENTRE, STATIONS)]
     assert all(v.image.shape == (480, 640, 3) for v in views)
-    np.testing.assert_allclose(triangulate_centre(silhouettes(views, DEFAULT)), centre, atol=4e-3)
+    np.testing.assert_allclose(triangulate_centre(silhouettes(views, DEFAULT)), centre, atol=atol)
 
 
 @pytest.mark.parametrize(

@@ -131,8 +131,8 @@ def test_grasp_holds_through_lift_tilt_pushes_and_shakes(hand):
 def test_shakes_beyond_friction_throw_the_object(hand):
     # 3 fingers of 4 N at mu 0.5 carry 6 N; the object's weight is 3 N, and 40 mm at 5 Hz are 4 g.
     result = run(
-        hand, cylinder(mass_kg=0.3), until="shakes", grip_force_n=4.0, grip_safety=0.01, push_time_s=0.1,
-        shake_amplitude_m=0.04, shake_frequency_hz=5.0,
+        hand, cylinder(mass_kg=0.3), until="shakes", grip_force_n=4.0, grip_safety=0.01,
+        steady_share=1.0, push_time_s=0.1, shake_amplitude_m=0.04, shake_frequency_hz=5.0,
     )  # fmt: skip
     assert not result.success
     assert result.phases[-1].name.startswith("shake")
