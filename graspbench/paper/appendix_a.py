@@ -7,7 +7,7 @@ from typing import Any
 
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError, PlanningError
-from graspbench.paper.paper_result import PaperResult, Say, published
+from graspbench.paper.paper_result import AS_IN_THE_THESIS, PaperResult, Say, published
 from graspbench.planning import fingertip_paths, make_index
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.mirtich_canny_optimum import OuterTriangleOptimum, largest_outer_triangle
@@ -17,7 +17,7 @@ from graspbench.results.plain import to_json
 from graspbench.results.store import SCHEMA_VERSION, write_atomically
 from graspbench.trial.planned import reconstructed
 
-_DEFAULTS = ("index=mirtich_canny", "hand.fingers=3")
+_DEFAULTS = (*AS_IN_THE_THESIS, "index=mirtich_canny", "hand.fingers=3")
 _STARTS = ("planner.rotations=12",)
 _TITLE = "Mirtich and Canny's index on synthesised objects, three fingers"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
-from graspbench.paper.paper_result import PaperResult, Say, published
+from graspbench.paper.paper_result import AS_IN_THE_THESIS, PaperResult, Say, published
 from graspbench.planning import centre_gain, centre_option, fingertip_paths, grip_geometry
 from graspbench.planning.barrier import BarrierValues, KinematicBarrier, barrier_force
 from graspbench.planning.indices.force_field import FieldForces, ForceFieldParameters, field_forces
@@ -20,7 +20,7 @@ OBJECTS = {"teddy": 3, "bottle": 4}
 """The objects of the figures, each with its number of fingers."""
 
 # Under the thesis' assumption, forces in the plane without friction: there the bottle is grasped level.
-_DEFAULTS = ("quality=thesis",)
+_DEFAULTS = (*AS_IN_THE_THESIS, "quality=thesis")
 _TITLE = "Grasps of figure 3.11"
 _LABEL = "tab:grasps"
 _SHOWN = ("object", "fingers", "k_cm", "equilateral_error_deg", "plane_offset_mm", "area_cm2", "q3")

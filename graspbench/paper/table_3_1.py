@@ -9,7 +9,7 @@ import numpy as np
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.grasp import Grasp
 from graspbench.hand import GraspChecker, load_hand
-from graspbench.paper.paper_result import PaperResult, Say, published
+from graspbench.paper.paper_result import AS_IN_THE_THESIS, PaperResult, Say, published
 from graspbench.planning import centre_gain, centre_option
 from graspbench.reconstruction import Surface
 from graspbench.results.grasp_results import GraspResult
@@ -24,6 +24,7 @@ OBJECTS = {"bottle": 4, "teddy": 3, "cylinder": 3, "easter_egg": 3, "glass": 3, 
 
 # The multi-start on the finished surface stands beside the parallel planner; nothing is executed or drawn.
 _DEFAULTS = (
+    *AS_IN_THE_THESIS,
     "planner.restart=true",
     "search.refine=true",
     "execution=off",

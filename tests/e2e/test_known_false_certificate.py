@@ -4,7 +4,8 @@
 def test_the_bottles_refined_grasp_is_within_the_bound(cli, tmp_path):
     finished = cli(
         "run", "object=bottle", "hand.fingers=4", "search.measures=[q2]", "search.refine=true",
-        "search.time_limit_s=60", "execution=off", "record=off", "--output", tmp_path, "--json",
+        "search.time_limit_s=60", "surface=thesis", "stations.fit=false",
+        "execution=off", "record=off", "--output", tmp_path, "--json",
     )  # fmt: skip
     assert finished.code == 0, finished.stderr
     result = finished.document

@@ -34,6 +34,12 @@ def test_neighbours_of_one_name_are_told_apart(tmp_path):
     assert [mesh_name(path) for path in (small, large, alone)] == ["small_cup", "large_cup", "plate"]
 
 
+def test_a_link_to_a_files_own_folder_is_no_neighbour(tmp_path):
+    path = write(tmp_path / "run_3" / "cup.stl")
+    (tmp_path / "run_latest").symlink_to(path.parent)
+    assert mesh_name(path) == "cup"
+
+
 def test_no_two_meshes_of_a_folder_are_called_alike(tmp_path):
     files = ["a.obj", "a.stl", "x/b.ply", "y/b.ply", "c/textured.obj", "d/textured.obj", "e/f/mesh.obj"]
     files += ["g_h/i.obj", "g/h_i.obj", "g/i.obj"]

@@ -226,10 +226,13 @@ def test_posture_of_the_grasp_is_feasible(held):
 
 
 def test_grasp_with_a_hand_is_equilateral_in_a_plane_through_the_centroid(held):
-    _, found = held
-    geometry = grip_geometry(found.grasp.points, found.grasp.centroid)
-    assert geometry.equilateral_error_deg < 3.0
-    assert geometry.plane_offset_m < 2e-3
+    # By the thesis' rule; the default moves a grasp at rest on towards equilibrium.
+    checker, balanced = held
+    by_the_thesis = plan(shrinking(egg(), steps=4), index=field(rest="single"), checker=checker)
+    for found, error_deg in ((by_the_thesis, 3.0), (balanced, 10.0)):
+        geometry = grip_geometry(found.grasp.points, found.grasp.centroid)
+        assert geometry.equilateral_error_deg < error_deg
+        assert geometry.plane_offset_m < 2e-3
 
 
 def test_needs_a_surface():
