@@ -116,7 +116,7 @@ def test_own_mesh_in_millimetres_without_the_inner_ring(cli, tmp_path):
     assert finished.code == 0, finished.stderr
     result = finished.document
     assert result["object"]["name"] == "ball"
-    assert result["stations"]["inner"]["count"] == 0
+    assert result["config"]["stations"]["inner"]["count"] == 0
     assert result["index"]["k_cm"] == 0
     assert (tmp_path / "results" / "run" / result["trial_id"] / "views.png").is_file()
 
