@@ -91,7 +91,7 @@ def test_bottle_with_four_fingers(cli, tmp_path):
     in_plane = (points - points.mean(axis=0)) @ np.linalg.svd(points - points.mean(axis=0))[2][:2].T
     angles = np.sort(np.degrees(np.arctan2(in_plane[:, 1], in_plane[:, 0])))
     gaps = np.diff(np.concatenate((angles, angles[:1] + 360)))
-    assert np.abs(gaps - 90).max() < 20  # balanced at rest, not equilateral
+    assert np.abs(gaps - 90).max() < 20
 
 
 def test_duck_with_allegro(cli, tmp_path):
