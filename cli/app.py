@@ -1,9 +1,7 @@
 """The ``graspbench`` command and how its errors reach the user."""
 
 import importlib
-import signal
 import sys
-import threading
 from typing import Annotated
 
 import typer
@@ -23,6 +21,7 @@ from graspbench.cli import (
     tune,
     view,
 )
+from graspbench.cli.ending import end_on_signals
 from graspbench.errors import GraspbenchError
 
 app = typer.Typer(
@@ -66,9 +65,7 @@ def options(
 
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
-    if threading.current_thread() is threading.main_thread():
-        for each in (signal.SIGTERM, signal.SIGHUP):  # end as Ctrl-C does, so that nothing is left behind
-            signal.signal(each, signal.default_int_handler)
+    end_on_signals()
     try:
         app()
     except GraspbenchError as error:

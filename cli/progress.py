@@ -1,11 +1,6 @@
 """How a sweep tells how far it is: a bar on a terminal, a line now and then elsewhere."""
 
-import signal
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -15,9 +10,6 @@ from graspbench.cli.printing import err
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialResult
-
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that ask a command to end."""
 
 _QUIET_S = 10.0
 
@@ -76,24 +68,6 @@ class SweepProgress:
         left = (self._total - self._done) / rate if rate > 0 else 0.0
         words = f"{rate * 60:.3g}/min, {_span(left)} left"
         return f"{words}, {self._bad} not done" if self._bad else words
-
-
-@contextmanager
-def interruptible(stop: threading.Event) -> Iterator[None]:
-    """Let the first Ctrl-C, SIGTERM or SIGHUP set ``stop`` and the second one raise `KeyboardInterrupt`."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-        stop.set()
-        err.print("finishing the trials that are running; Ctrl-C again ends them at once")
-
-    before = {each: signal.signal(each, interrupt) for each in ENDING}
-    try:
-        yield
-    finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
 
 
 def _span(seconds: float) -> str:

@@ -76,7 +76,8 @@ def sweep(
 
 
 def _run(trials: "list[SweepTrial]", new: int, store: "ResultStore", options: "SweepOptions") -> None:
-    from graspbench.cli.progress import SweepProgress, interruptible
+    from graspbench.cli.ending import interruptible
+    from graspbench.cli.progress import SweepProgress
     from graspbench.experiment import run_sweep
 
     common = set.intersection(*(set(trial.overrides) for trial in trials)) if len(trials) > 1 else set()

@@ -40,8 +40,8 @@ def tune(
     config_dir: ConfigDir = None,
 ) -> None:
     """Search options given as intervals: tune 'index.k_e=interval(0.1,10)' object=teddy,duck -m ratio.q1."""
+    from graspbench.cli.ending import interruptible
     from graspbench.cli.printing import err, out, print_json, print_rows
-    from graspbench.cli.progress import interruptible
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, split_engine
     from graspbench.sweep.tune import TuneOptions, run_tuning, split_axes
 

@@ -1,11 +1,15 @@
 """What a sweep says while it runs."""
 
+import importlib
 import signal
 import threading
+import time
 
 import pytest
 
-from graspbench.cli.progress import SweepProgress, interruptible
+from graspbench.cli import ending
+from graspbench.cli.ending import end_on_signals, interruptible
+from graspbench.cli.progress import SweepProgress
 from graspbench.results.trial_result import TrialResult
 
 
@@ -33,3 +37,35 @@ def test_first_interrupt_asks_to_stop_and_the_second_ends():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_signal_in_the_midst_of_an_import_waits_for_its_end(monkeypatch, tmp_path):
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    (tmp_path / "a_slow_module.py").write_text(
+        "import signal, time\nsignal.raise_signal(signal.SIGTERM)\ntime.sleep(0.2)\nLOADED = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    end_on_signals()
+    try:
+        assert importlib.import_module("a_slow_module").LOADED
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(5)
+        # Whoever catches everything on the way does not hide it from a sweep.
+        with pytest.raises(KeyboardInterrupt), interruptible(threading.Event()):
+            pass
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+        ending._asked.clear()
+
+
+def test_an_ignored_hangup_stays_ignored():
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        end_on_signals()
+        with interruptible(threading.Event()):
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)

@@ -83,7 +83,9 @@ def test_same_seed_gives_the_same_result(teddy_run, cli, tmp_path):
 
 
 def test_bottle_with_four_fingers(cli, tmp_path):
-    finished = cli("run", "object=bottle", "hand=radial", "hand.fingers=4", "--json", "-o", tmp_path / "r")
+    # The thesis' rule wants equal angles; the default moves a grasp at rest on towards equilibrium.
+    bottle = ("object=bottle", "hand=radial", "hand.fingers=4", "index.rest=single")
+    finished = cli("run", *bottle, "--json", "-o", tmp_path / "r")
     assert finished.code == 0, finished.stderr
     result = finished.document
     assert len(result["local"]["contacts"]) == 4
@@ -91,7 +93,7 @@ def test_bottle_with_four_fingers(cli, tmp_path):
     in_plane = (points - points.mean(axis=0)) @ np.linalg.svd(points - points.mean(axis=0))[2][:2].T
     angles = np.sort(np.degrees(np.arctan2(in_plane[:, 1], in_plane[:, 0])))
     gaps = np.diff(np.concatenate((angles, angles[:1] + 360)))
-    assert np.abs(gaps - 90).max() < 20
+    assert np.abs(gaps - 90).max() < 15
 
 
 def test_duck_with_allegro(cli, tmp_path):

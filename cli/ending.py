@@ -1,0 +1,73 @@
+"""How commands end when a signal asks them to: Ctrl-C, SIGTERM and SIGHUP alike."""
+
+import _thread
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_AGAIN_S = 0.05
+
+# Set by a signal, since its exception may be lost: a library may catch everything.
+_asked = threading.Event()
+
+
+def end_on_signals() -> None:
+    """Let each signal raise `KeyboardInterrupt`; one that is ignored, as under nohup, stays so.
+
+    While a library is being loaded nothing may be raised: callbacks drop it, compiled modules crash of it.
+    The signal then comes again a moment later.
+    """
+    _asked.clear()
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for each in _SIGNALS:
+        if signal.getsignal(each) is not signal.SIG_IGN:
+            signal.signal(each, _interrupt)
+
+
+@contextmanager
+def interruptible(stop: threading.Event) -> Iterator[None]:
+    """Let the first signal set ``stop`` and the second one raise `KeyboardInterrupt`.
+
+    Ctrl-C is heard here even where it is ignored at first, as in a shell's background.
+
+    Raises:
+        KeyboardInterrupt: A signal came before, and its exception was lost.
+    """
+    from graspbench.cli.printing import err
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+        err.print("finishing the trials that are running; Ctrl-C again ends them at once")
+
+    ignored = {each for each in _SIGNALS if signal.getsignal(each) is signal.SIG_IGN} - {signal.SIGINT}
+    before = {each: signal.signal(each, interrupt) for each in _SIGNALS if each not in ignored}
+    try:
+        if _asked.is_set():
+            raise KeyboardInterrupt
+        yield
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    _asked.set()
+    if not _is_loading(frame):
+        raise KeyboardInterrupt
+    again = threading.Timer(_AGAIN_S, _thread.interrupt_main, (number,))
+    again.daemon = True
+    again.start()
+
+
+def _is_loading(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
