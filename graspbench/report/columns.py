@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from graspbench.grasp.quality import THESIS_MEASURES
-from graspbench.results.columns import describe_column
+from graspbench.results.columns import OVERRIDDEN, describe_column
 
 TRIAL_ID, STATUS, REASON, SUCCESS, SEED = "trial_id", "status", "reason", "success", "seed"
 FOLDER = "folder"
@@ -67,7 +67,8 @@ def physics_outcomes(trials: pd.DataFrame) -> list[str]:
 
 def settings(trials: pd.DataFrame) -> list[str]:
     """Return the columns that say what was asked for: names and choices first, the seed last."""
-    found = [str(name) for name in trials.columns if is_setting(str(name))]
+    asked = set(trials.attrs.get(OVERRIDDEN, ()))
+    found = [str(name) for name in trials.columns if str(name) in asked or is_setting(str(name))]
 
     def rank(name: str) -> int:
         if name == SEED:

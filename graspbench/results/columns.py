@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 _FIRST = ("trial_id", "status", "reason", "success")
 _CHOICE = "choice"
 _SWITCH = "yes or no"
+
+OVERRIDDEN = "overridden"
+"""Key of a table's ``attrs``: its columns that are overridden keys of the configuration."""
 # Parts of the configuration that every row has: what planning and execution may have set apart, and what
 # an in-hand motion was.
 _ALWAYS = (
@@ -69,7 +72,11 @@ def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | N
     for prefix in (f"{_CHOICE}.", *overridden):
         columns |= dict.fromkeys(name for row in rows for name in row if _below(name, prefix))
     columns |= dict.fromkeys(name for row in rows for name in row)
-    return pd.DataFrame(rows, columns=list(columns))
+    frame = pd.DataFrame(rows, columns=list(columns))
+    frame.attrs[OVERRIDDEN] = [
+        str(name) for name in frame.columns if any(_below(str(name), key) for key in overridden)
+    ]
+    return frame
 
 
 def parquet_bytes(frame: "pd.DataFrame") -> bytes:
@@ -139,6 +146,10 @@ always, others where they were set) are explained in the [configuration's refere
 def _row(result: TrialResult, overridden: Sequence[str]) -> dict[str, Any]:
     row: dict[str, Any] = {}
     _fill(row, result, "")
+    for key in overridden:  # what was asked for, where a field of the result has the same name
+        found = _at(result.config, key)
+        if found is not None and not isinstance(found, Mapping):
+            row[key] = _cell(found)
     for key in (*overridden, *_ALWAYS):
         found = _at(result.config, key)
         if isinstance(found, Mapping):

@@ -46,6 +46,18 @@ def test_every_choice_and_override_is_a_column(swept):
     assert list(table.columns).index("camera.width") < list(table.columns).index("seed")
 
 
+def test_a_swept_key_that_a_result_has_too_is_what_was_asked_for(cli, tmp_path):
+    grid = ("object=sphere", "execution.friction=0.4,0.6", "execution.grip_force_n=3,4")
+    assert cli("sweep", *QUICK, *grid, "--jobs", 0, "-o", tmp_path / "r").code == 0
+    table = pd.read_csv(tmp_path / "r" / "trials.csv")
+    assert sorted(table["execution.friction"]) == [0.4, 0.4, 0.6, 0.6]
+    assert sorted(table["execution.grip_force_n"]) == [3, 3, 4, 4]
+    finished = cli("report", tmp_path / "r", "--format", "markdown")
+    assert finished.code == 0, finished.stderr
+    for name in ("execution.friction", "execution.grip_force_n"):
+        assert name in (tmp_path / "r" / "report" / "table.md").read_text().replace("\\", "")
+
+
 def test_swept_options_can_be_grouped_by(swept, cli):
     folder, _ = swept
     finished = cli("report", folder, "--group", "camera.width,choice.surface", "--format", "csv", "--json")

@@ -41,6 +41,10 @@ def test_a_random_object_ends_with_a_sound_surface(number):
 
 
 def test_a_holed_object_is_taken_with_its_holes():
-    model = load_object(ObjectParameters(name="random", id=HOLED))
+    model, found = _seen(HOLED)
     assert model.mesh.is_watertight
     assert model.mesh.euler_number <= 0
+    *_, last = reconstruct(found, SurfaceParameters(method="auto"))
+    assert last.at_rest
+    assert np.isfinite(last.points).all()
+    assert np.abs(VisualHull(found).signed_distance(last.points)).mean() < 0.1e-3
