@@ -7,7 +7,7 @@ from typing import Any
 from graspbench.errors import ConfigurationError
 from graspbench.paper.appendix_a import appendix_a
 from graspbench.paper.figures_3 import figures_3
-from graspbench.paper.paper_result import PaperResult, Say
+from graspbench.paper.paper_result import PaperResult, Say, published
 from graspbench.paper.physical import physical
 from graspbench.paper.table_3_1 import table_3_1
 from graspbench.results.plain import to_json
@@ -34,16 +34,17 @@ def case_study(
         name = "with_tasks" if with_tasks else "without_tasks"
         say(f"simulating the case study {name.replace('_', ' ')}")
         results[name] = run_case_study(with_tasks)
-    output.mkdir(parents=True, exist_ok=True)
     say("drawing")
-    with style.drawn_as(style.PRINT):
-        files = list(draw_case_study(list(results.values()), output))
-    files.append(write_histories(list(results.values()), output / "histories.csv"))
-    files += [record_case_study(result, output / f"{name}.mcap") for name, result in results.items()]
     document = {name: result.summary() for name, result in results.items()}
-    write_atomically(output / "result.json", to_json({"schema": SCHEMA_VERSION, **document}))
+    with published(output) as folder:
+        with style.drawn_as(style.PRINT):
+            files = list(draw_case_study(list(results.values()), folder))
+        files.append(write_histories(list(results.values()), folder / "histories.csv"))
+        files += [record_case_study(result, folder / f"{name}.mcap") for name, result in results.items()]
+        files.append(folder / "result.json")
+        write_atomically(files[-1], to_json({"schema": SCHEMA_VERSION, **document}))
     rows = [{"case": name.replace("_", " "), **_shown(found)} for name, found in document.items()]
-    return PaperResult(rows, document, [*files, output / "result.json"])
+    return PaperResult(rows, document, [output / path.name for path in files])
 
 
 def _shown(summary: dict[str, Any]) -> dict[str, Any]:

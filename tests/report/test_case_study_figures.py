@@ -10,7 +10,7 @@ from graspbench.report.case_study_figures import arm_lines, draw_case_study, wri
 @pytest.fixture(scope="module")
 def results():
     default = CaseStudyParameters(segment_s=0.5, pause_s=0.1)
-    p = replace(default, clik=replace(default.clik, step_s=2e-2, integrator="heun"))
+    p = replace(default, clik=replace(default.clik, step_s=1e-2, integrator="heun"))
     return [run_case_study(True, p), run_case_study(False, p)]
 
 
@@ -38,12 +38,16 @@ def test_csv_holds_every_history(results, tmp_path):
     with path.open() as file:
         names = file.readline().strip().split(",")
     table = np.genfromtxt(path, delimiter=",", skip_header=1)
-    assert table.shape == (len(results[0].history.times), len(names))
-    assert len(set(names)) == len(names)
-    np.testing.assert_allclose(table[:, names.index("with_tasks.q3_rad")], results[0].q3, atol=1e-9)
+    times = results[0].history.times
+    assert table.shape[1] == len(names) == len(set(names))
+    written = table[:, names.index("time_s")]
+    assert (written[0], written[-1]) == pytest.approx((times[0], times[-1]))
+    assert np.diff(written)[:-1] == pytest.approx(max(0.02, times[1]), rel=1e-6)
+    kept = np.searchsorted(times, written - 1e-9)
+    np.testing.assert_allclose(table[:, names.index("with_tasks.q3_rad")], results[0].q3[kept], atol=1e-9)
     np.testing.assert_allclose(
         table[:, names.index("without_tasks.signed_distance_13_m")],
-        results[1].signed_distance_13_m,
+        results[1].signed_distance_13_m[kept],
         atol=1e-9,
     )
 
