@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
     from graspbench.planning.refinement import RefinedGrasp, refine
-    from graspbench.planning.tracking import JointPath, track
+    from graspbench.planning.tracking import JointPath, plan_approach, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "fingertip_paths",
     "grip_geometry",
     "make_index",
+    "plan_approach",
     "plan_global",
     "plan_local",
     "plan_restarted",
@@ -59,6 +60,7 @@ _HOMES = {
     "SearchParameters": "global_search",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
+    "plan_approach": "tracking",
     "plan_global": "global_search",
     "plan_local": "local",
     "plan_restarted": "local",

@@ -12,13 +12,12 @@ from graspbench.config.trial_config import ManipulationConfig, TrialConfig
 from graspbench.manipulation import ManipulationResult, manipulate_object
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
-from graspbench.planning import fingertip_paths, track
+from graspbench.planning import plan_approach
 from graspbench.record import TrialLog
 from graspbench.results.physical_results import ManipulationSummary, PlayedResult
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
-from graspbench.trial.header import started_result
 from graspbench.trial.outcome import local_result, object_result, phase_results
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
@@ -30,11 +29,14 @@ RANGE_FILE = "range.csv"
 _LOG_RATE_HZ = 50.0
 
 
-def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+def run_in_hand(
+    config: TrialConfig, started: TrialResult, log: TrialLog, folder: Path | None, clock: StageClock
+) -> TrialResult:
     """Plan a grasp and move the object in the hand: the procedure of kind ``manipulation``.
 
     Args:
         config: The trial, the inverse kinematics, the motion and the contacts.
+        started: What is known of the trial before anything came of it.
         log: Where to record it, stage by stage.
         folder: Where histories and pictures go; None writes none.
         clock: Times the stages.
@@ -69,7 +71,7 @@ def run_in_hand(config: TrialConfig, log: TrialLog, folder: Path | None, clock: 
         played = _play(config, trial, moved, clock)
         reason = f"played in physics: {played.reason}" if played is not None and played.reason else None
         result = dataclasses.replace(
-            started_result(config),
+            started,
             status="failed" if reason else "done",
             reason=reason,
             success=reason is None,
@@ -116,11 +118,8 @@ def _play(
     from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
     from graspbench.simulation.tip_friction import tip_friction
 
-    planner, posture = config.planner, trial.plan.grasp.posture
-    assert posture is not None, "a plan made with a checker has a posture"
     with clock.stage("paths"):
-        paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
-        approach = track(paths, trial.hand, posture, planner.paths)
+        _, approach = plan_approach(trial.plan, trial.hand, config.planner)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
     friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)

@@ -16,12 +16,11 @@ from graspbench.planning import (
     LocalPlan,
     RefinedGrasp,
     centre_gain,
-    fingertip_paths,
     make_index,
+    plan_approach,
     plan_global,
     plan_restarted,
     refine,
-    track,
 )
 from graspbench.record import TrialLog
 from graspbench.results.trial_result import TrialResult
@@ -29,7 +28,6 @@ from graspbench.simulation.execution_result import ExecutionResult
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
-from graspbench.trial.header import started_result
 from graspbench.trial.outcome import (
     execution_result,
     global_results,
@@ -43,11 +41,14 @@ from graspbench.trial.outcome import (
 from graspbench.trial.planned import PlannedTrial, planned_trial
 
 
-def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock) -> TrialResult:
+def run_grasp(
+    config: TrialConfig, started: TrialResult, log: TrialLog, folder: Path | None, clock: StageClock
+) -> TrialResult:
     """Run one trial: the procedure of kind ``trial``.
 
     Args:
         config: What to run.
+        started: What is known of the trial before anything came of it.
         log: Where to record it, stage by stage.
         folder: Where its pictures go; None draws none.
         clock: Times the stages.
@@ -62,13 +63,13 @@ def run_grasp(config: TrialConfig, log: TrialLog, folder: Path | None, clock: St
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
-        paths, motion = clock.run("paths", partial(_plan_paths, config, trial))
+        paths, motion = clock.run("paths", partial(plan_approach, trial.plan, trial.hand, config.planner))
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
         execution = _execute(config, trial, motion, clock)
 
     result = clock.run(
-        "figures_of_merit", partial(_result, config, trial, restarted, best, refined, execution)
+        "figures_of_merit", partial(_result, config, started, trial, restarted, best, refined, execution)
     )
     with clock.stage("record"):
         if execution is not None:
@@ -168,14 +169,6 @@ def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: Local
     return max(config.search.centre_tolerance_m, 1.001 * taken)
 
 
-def _plan_paths(config: TrialConfig, trial: PlannedTrial) -> tuple[tuple[FingertipPath, ...], JointPath]:
-    """Plan the fingertips' way to their contacts and the hand's motion along it."""
-    planner, posture = config.planner, trial.plan.grasp.posture
-    assert posture is not None, "a plan made with a checker has a posture"
-    paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
-    return paths, track(paths, trial.hand, posture, planner.paths)
-
-
 def _execute(
     config: TrialConfig, trial: PlannedTrial, motion: JointPath, clock: StageClock
 ) -> ExecutionResult | None:
@@ -190,6 +183,7 @@ def _execute(
 
 def _result(
     config: TrialConfig,
+    started: TrialResult,
     trial: PlannedTrial,
     restarted: LocalPlan | None,
     best: Mapping[str, GlobalResult],
@@ -199,7 +193,7 @@ def _result(
     surface, quality = trial.surfaces[-1], config.quality
     local, optima = local_result(trial, quality, config.search), global_results(best, surface, quality)
     return dataclasses.replace(
-        started_result(config),
+        started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
         local=local,

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Protocol
 
 from graspbench.config.trial_config import TrialConfig
-from graspbench.errors import InputError, TrialError
+from graspbench.errors import GraspbenchError, InputError, TrialError
+from graspbench.geometry import object_name
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
 from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, writable
-from graspbench.results.trial_result import Status, TrialResult
+from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
 from graspbench.trial.clock import StageClock
-from graspbench.trial.header import executes, started_result
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
@@ -30,12 +30,19 @@ class Procedure(Protocol):
     """What a kind of trial does, from its configuration to its result."""
 
     def __call__(
-        self, config: TrialConfig, log: TrialLog, folder: Path | None, clock: StageClock, /
+        self,
+        config: TrialConfig,
+        started: TrialResult,
+        log: TrialLog,
+        folder: Path | None,
+        clock: StageClock,
+        /,
     ) -> TrialResult:
         """Run the trial; return its result without times and provenance, which the runner adds.
 
         Args:
             config: What to run.
+            started: What is known of the trial before anything came of it, to be completed.
             log: Where to record it, stage by stage.
             folder: Where further files go; None writes none.
             clock: Times the stages.
@@ -75,7 +82,9 @@ def run_trial(
     module, name, _ = _PROCEDURES[config.kind]
     procedure: Procedure = getattr(import_module(module), name)
     clock = StageClock(on_stage)
-    result = procedure(config, log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock)
+    result = procedure(
+        config, _started(config), log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock
+    )
     return dataclasses.replace(result, times_s=dict(clock.seconds), compiled=tuple(clock.compiled))
 
 
@@ -142,6 +151,39 @@ def fault_file(root: Path, trial_id: str) -> Path:
     return root / f".{trial_id}.fault"
 
 
+def _started(config: TrialConfig) -> TrialResult:
+    """Return the result of a trial that is done, before anything came of it."""
+    tree = config.as_tree()
+    return TrialResult(
+        trial_id=config.trial_id,
+        status="done",
+        seed=config.seed,
+        kind=config.kind,
+        schema=SCHEMA_VERSION,
+        choice=dict(config.choice),
+        overridden=config.overridden,
+        config=tree,
+        object=ObjectResult(_object_name(config)),
+        hand=HandResult(str(tree["hand"]["name"]), int(tree["hand"]["fingers"])),
+        index=tree["index"],
+    )
+
+
+def _object_name(config: TrialConfig) -> str:
+    """Return what the object is called even if it turns out that it cannot be loaded."""
+    try:
+        return object_name(config.object)
+    except (GraspbenchError, OSError):
+        return config.object.name
+
+
+def _executes(config: TrialConfig) -> bool:
+    """Tell whether a trial is to end in physics, so that success can be asked of it."""
+    if config.kind == "manipulation":
+        return True  # a motion that is not as asked is no success, played in physics or not
+    return config.execution.until != "off" and config.scene.source == "simulation"
+
+
 def _logged(log: TrialLog, on_stage: Listener | None) -> Listener:
     """Return a listener that also logs each stage's end, so that a log that is cut shows how far it came."""
 
@@ -155,8 +197,8 @@ def _logged(log: TrialLog, on_stage: Listener | None) -> Listener:
 
 def _unfinished(config: TrialConfig, status: Status, reason: str) -> TrialResult:
     """Return the result of a trial that came to no end: no success where one was to be executed."""
-    success = False if executes(config) else None
-    return dataclasses.replace(started_result(config), status=status, reason=reason, success=success)
+    success = False if _executes(config) else None
+    return dataclasses.replace(_started(config), status=status, reason=reason, success=success)
 
 
 def _reason(error: Exception) -> str:
