@@ -7,18 +7,32 @@ Python either: each entry costs as much compilation time as a small kernel.
 
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from numba import njit
+from numba.core.ccallback import CFunc
 from numba.core.event import Event, Listener, register
+from numba.core.sigutils import normalize_signature
+
+from graspbench.kernel_cache import KernelCache
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
 def compiled(function: Function) -> Function:
     """Compile a function for Python and for other kernels: cached on disk, without the interpreter lock."""
-    fast: Function = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
-    return fast
+    fast = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
+    fast._cache = KernelCache(function)
+    made: Function = fast
+    return made
+
+
+def callback(signature: Any, function: Callable[..., object]) -> Any:
+    """Compile a function to be called at its ``address``: cached on disk."""
+    made: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+    made._cache = KernelCache(function)
+    made.compile()
+    return made
 
 
 def inner(function: Function) -> Function:

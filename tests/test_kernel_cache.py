@@ -1,0 +1,123 @@
+"""Compiled kernels are made anew when anything that was compiled into them has changed."""
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import graspbench
+from graspbench.compiled import compiled, inner
+from graspbench.kernel_cache import fingerprint
+
+_HELPERS = """
+from graspbench.compiled import inner
+import graspbench.manipulation.compiled.record as record
+import numpy as np
+
+FACTOR = {factor}
+TABLE = np.array([1.0, {entry}])
+
+@inner
+def deep(x):
+    return x * {deep}
+
+@inner
+def helper(x):
+    return FACTOR * deep(x) + TABLE[1]
+"""
+_KERNEL = """
+from graspbench.compiled import compiled
+from helpers import helper
+
+@compiled
+def kernel(x):
+    return later(x)
+
+@compiled
+def later(x):
+    return helper(x)
+"""
+_RUN = "from kernels import kernel; print(kernel(2.0), kernel.stats.cache_hits.total())"
+
+
+def _run(folder, **values):
+    (folder / "helpers.py").write_text(_HELPERS.format(**{"factor": 2.0, "entry": 3.0, "deep": 1.0} | values))
+    finished = subprocess.run(
+        [sys.executable, "-c", _RUN], cwd=folder, capture_output=True, text=True, check=True
+    )
+    value, hits = finished.stdout.split()
+    return float(value), int(hits)
+
+
+@pytest.mark.parametrize(
+    ("changed", "value"), [({"factor": 4.0}, 11.0), ({"entry": 5.0}, 9.0), ({"deep": 2.0}, 11.0)]
+)
+def test_what_changes_in_another_file_is_compiled_in(tmp_path, changed, value):
+    (tmp_path / "kernels.py").write_text(_KERNEL)
+    assert _run(tmp_path) == (7.0, 0)
+    assert _run(tmp_path) == (7.0, 1)
+    assert _run(tmp_path, **changed) == (value, 0)
+    assert _run(tmp_path) == (7.0, 1)
+
+
+def test_layouts_of_records_count():
+    from graspbench.manipulation.compiled.record import Record
+    from graspbench.manipulation.compiled.record_type import opener
+
+    def kernel_of(record):
+        opened = opener(record)
+
+        @inner
+        def helper(block):
+            return opened(block).gain
+
+        @compiled
+        def kernel(block):
+            return helper(block)
+
+        return kernel.py_func
+
+    class One(Record):
+        gain: float
+
+    one = One
+
+    class Two(Record):
+        other: float
+        gain: float
+
+    Two.__qualname__ = One.__qualname__
+    assert fingerprint(kernel_of(one)) == fingerprint(kernel_of(one))
+    assert fingerprint(kernel_of(one)) != fingerprint(kernel_of(Two))
+
+
+def test_comments_and_docstrings_do_not_count():
+    def first(x: float) -> float:
+        """Say one thing."""
+        return x + 1.0
+
+    def other(x: float) -> float:
+        """Say another."""
+
+        # and a comment
+        return x + 1.0
+
+    other.__code__ = other.__code__.replace(co_name="first")
+    assert fingerprint(first) == fingerprint(other)
+    assert fingerprint(first) != fingerprint(lambda x: x + 2.0)
+
+
+@pytest.mark.parametrize("module", ["geometry.intersections", "geometry.handles", "report.raster"])
+def test_kernels_in_numbas_own_cache_call_only_their_own_file(module):
+    found = importlib.import_module(f"graspbench.{module}")
+    kernels = [each for each in vars(found).values() if hasattr(each, "py_func")]
+    assert kernels
+    assert {each.py_func.__module__ for each in kernels} == {found.__name__}
+
+
+def test_there_are_no_others():
+    package = Path(graspbench.__file__).parent
+    theirs = {path.stem for path in package.rglob("*.py") if "cache=True" in path.read_text()}
+    assert theirs == {"intersections", "handles", "raster"}
