@@ -111,4 +111,4 @@ def _limits(config: TrialConfig, surface: Surface) -> Limits:
     search = config.search
     checker = GraspChecker(load_hand(config.hand), 0.0 if config.surface.ground else None)
     checker.set_object(surface.points, surface.network.faces)
-    return Limits(checker, search.centre_tolerance_m, search.phi_cei_deg, search.phi_eegi_deg)
+    return Limits(checker, search.centre_tolerance_m, *search.thresholds_deg)

@@ -86,8 +86,3 @@ def triangle_cloud(points: FloatArray, faces: IntArray, *, spacing_m: float = 0.
         directions.append(np.repeat(normals[steps == count], len(u), axis=0))
         areas.append(np.repeat(face_areas[steps == count] / len(u), len(u)))
     return OrientedCloud(np.concatenate(clouds), np.concatenate(directions), spacing_m, np.concatenate(areas))
-
-
-def hausdorff(a: OrientedCloud, b: OrientedCloud) -> float:
-    """Return the two-sided Hausdorff distance of two covered surfaces (m)."""
-    return float(max(a.distances_from(b.points).max(), b.distances_from(a.points).max()))

@@ -30,6 +30,7 @@ from graspbench.config.schema import (
     Primary,
     complete_tasks,
     complete_with_defaults,
+    follow,
 )
 from graspbench.errors import ConfigurationError
 from graspbench.geometry import list_objects
@@ -142,7 +143,7 @@ def compose_configuration(
         _set_value(tree, override, groups)
     choice = {group: chosen[group] for group in groups if group in chosen}
     keys = [*keys_of(choice.get(EXPERIMENT), (config_dir, CONF_DIR)), *(each.key_or_group for each in values)]
-    return Composed(_resolved(tree), choice, tuple(dict.fromkeys(keys)))
+    return Composed(follow(_resolved(tree)), choice, tuple(dict.fromkeys(keys)))
 
 
 def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:

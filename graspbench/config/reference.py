@@ -45,13 +45,6 @@ def configuration_reference() -> str:
     return "\n".join(parts)
 
 
-def key_meanings() -> dict[str, str]:
-    """Return what each key of a trial's and an in-hand motion's configuration means."""
-    kinds = [*((section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS))]
-    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
-    return {key: info[1] for section, kind in kinds for key, info in _described(kind, section)}
-
-
 def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
     lines = [f"## {title or section}", "", _first_line(kind), ""]
     if options:

@@ -8,7 +8,7 @@ configuration (a file of ``conf/``) says which sections there are: ``config`` ha
 
 import dataclasses
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, reduce
 from importlib import import_module
 from typing import Any, Literal
 
@@ -106,6 +106,24 @@ def _mapping(content: Any, section: str) -> Tree:
             remedy=f"write its options below it, or 'override /{section}: NAME' among the defaults",
         )
     return {str(key): value for key, value in content.items()}
+
+
+def follow(tree: Tree) -> Tree:
+    """Return a complete tree in which each null that stands for another key's value has that value."""
+    followed = {f"search.{key}": f"index.{key}" for key in ("phi_cei_deg", "phi_eegi_deg")}
+    if "clik" in tree:
+        from graspbench.manipulation import TASKS
+
+        for name, options in tree["clik"]["tasks"].items():
+            for key, source in TASKS[str(options.get("kind", name))].FOLLOWS.items():
+                followed[f"{TASKS_KEY}.{name}.{key}"] = source
+    for key, source in followed.items():
+        *parents, last = key.split(".")
+        node = reduce(lambda inner, parent: inner[parent], parents, tree)
+        section, _, name = source.partition(".")
+        if node[last] is None:
+            node[last] = tree[section].get(name)
+    return tree
 
 
 def complete_tasks(tasks: Mapping[str, Any]) -> Tree:

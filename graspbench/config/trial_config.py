@@ -22,6 +22,7 @@ from graspbench.config.schema import (
     NOT_SECTIONS,
     Primary,
     complete_with_defaults,
+    follow,
     section_names,
     validate_section,
 )
@@ -261,7 +262,7 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     seed = tree.get("seed", 0)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ConfigurationError(f"seed = {seed!r} cannot be used", remedy="give a whole number from 0 on")
-    complete = complete_with_defaults(tree, primary)
+    complete = follow(complete_with_defaults(tree, primary))
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs

@@ -14,7 +14,7 @@ from graspbench.hand import shapes
 from graspbench.hand.chains import PREFERRED, extract_chains
 from graspbench.hand.completion import add_tip_spheres, completed_description
 from graspbench.hand.files import find_urdf, write_urdf
-from graspbench.hand.model import HandModel, shape_poses_of
+from graspbench.hand.model import HandModel, shape_poses
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
 from graspbench.hand.radial import describe_radial, radial_urdf
 from graspbench.quiet import captured_output
@@ -81,7 +81,7 @@ def _load(key: _Key) -> HandModel:
     pinocchio.forwardKinematics(model, data, preferred)
     found = shapes.extract_shapes(model, geometry, data, transform, frames, chains.tips, chains.counts)
     found = shapes.with_pairs(
-        found, shape_poses_of(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
+        found, shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
     )
     loaded = HandModel(
         name=parameters.name,

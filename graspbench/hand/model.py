@@ -128,10 +128,6 @@ class HandModel:
         kinematics.finger_ik_batch(self.chains, finger, targets, joints, centring, quantities)
         return FingerSolutions(joints, quantities[0], quantities[1], quantities[2])
 
-    def shape_poses(self, joints: FloatArray) -> FloatArray:
-        """Return the poses of the collision shapes, palm frame, shape (s, 3, 4)."""
-        return shape_poses_of(self.chains, self.shapes, self.by_finger(joints))
-
 
 def _frames(chains: Chains, joints: FloatArray) -> FloatArray:
     """Return the joint frames of all fingers, shape (f, k, 3, 4), in NumPy: quick to load."""
@@ -162,7 +158,7 @@ def _jacobians(chains: Chains, joints: FloatArray) -> FloatArray:
     return np.cross(frames[..., 2], arms).transpose(0, 2, 1)
 
 
-def shape_poses_of(chains: Chains, found: Shapes, joints: FloatArray) -> FloatArray:
+def shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> FloatArray:
     """Return the poses of a hand's collision shapes, palm frame, shape (s, 3, 4).
 
     Args:

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ManipulationError
+from graspbench.grasp.quality import QualityParameters
 from graspbench.manipulation.contact_kinematics import State
 
 
@@ -17,7 +18,7 @@ class ForceParameters:
     """How contact forces are distributed."""
 
     friction: Annotated[float, Field(ge=0, description="Friction coefficient of contacts with friction")] = (
-        0.5
+        QualityParameters.friction
     )
     torsion_m: Annotated[
         float, Field(ge=0, description="Largest torque about the normal of a soft finger per unit force, m")

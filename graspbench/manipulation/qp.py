@@ -13,7 +13,8 @@ from pydantic import Field
 
 from graspbench.arrays import IntArray
 from graspbench.errors import ManipulationError
-from graspbench.manipulation.compiled.limits import LimitArrays, limit_velocity
+from graspbench.manipulation.compiled.limit_arrays import LimitArrays
+from graspbench.manipulation.compiled.limits import limit_velocity
 from graspbench.manipulation.compiled.step_records import LawArrays, TaskTable
 from graspbench.manipulation.contact_kinematics import ManipulationSystem, State
 

@@ -42,7 +42,13 @@ class TaskValue(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SecondaryTask(ABC):
-    """What every secondary task has."""
+    """What every secondary task has.
+
+    Attributes:
+        FOLLOWS: Options that have the value of another key of the configuration unless they are given.
+    """
+
+    FOLLOWS: ClassVar[Mapping[str, str]] = {}
 
     priority: Annotated[int, Field(ge=0, description="Rank among the tasks, 0 is the first")] = 0
     gain: Annotated[float, Field(ge=0, description="Gain K of the error, 1/s")] = 5.0

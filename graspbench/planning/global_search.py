@@ -54,8 +54,20 @@ class SearchParameters:
         float,
         Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
     ] = 0.01
-    phi_cei_deg: PhiCeiDeg = PHI_CEI_DEG
-    phi_eegi_deg: PhiEegiDeg = PHI_EEGI_DEG
+    phi_cei_deg: Annotated[
+        PhiCeiDeg | None,
+        Field(description="Largest coplanarity error, deg; null: index.phi_cei_deg, or else 15"),
+    ] = None
+    phi_eegi_deg: Annotated[
+        PhiEegiDeg | None,
+        Field(description="Largest equilateral error, deg; null: index.phi_eegi_deg, or else 10"),
+    ] = None
+
+    @property
+    def thresholds_deg(self) -> tuple[float, float]:
+        """Largest coplanarity and equilateral errors of ``mirtich_canny``."""
+        cei, eegi = self.phi_cei_deg, self.phi_eegi_deg
+        return PHI_CEI_DEG if cei is None else cei, PHI_EEGI_DEG if eegi is None else eegi
 
 
 @dataclass(frozen=True)
@@ -285,8 +297,7 @@ def _largest_outer_triangle(problem: _Problem, starts: Sequence[Grasp]) -> Globa
 
     found = largest_outer_triangle(
         surface,
-        search.phi_cei_deg,
-        search.phi_eegi_deg,
+        *search.thresholds_deg,
         usable=problem.usable,
         pair_limit_m=problem.limits[0],
         centre_tolerance_m=problem.limits[1],
@@ -307,7 +318,8 @@ def _largest_outer_triangle(problem: _Problem, starts: Sequence[Grasp]) -> Globa
 def outer_triangle_m2(grasp: Grasp, search: SearchParameters) -> float | None:
     """Return a grasp's value by ``mirtich_canny``, m^2; None when it is not within the thresholds."""
     cei, eegi, area = (float(score) for score in mirtich_canny_scores(grasp.points, grasp.normals))
-    return area if cei <= search.phi_cei_deg and eegi <= search.phi_eegi_deg and area > 0.0 else None
+    max_cei, max_eegi = search.thresholds_deg
+    return area if cei <= max_cei and eegi <= max_eegi and area > 0.0 else None
 
 
 def check_measure(measure: str, n_f: int) -> None:

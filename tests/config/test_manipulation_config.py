@@ -54,6 +54,21 @@ def test_friction_of_the_forces_is_that_of_the_grasp_unless_given():
     assert load_manipulation_config(["quality.friction=0.35"]).contact.forces.friction == 0.35
 
 
+def test_friction_of_a_task_is_that_of_the_grasp_unless_given():
+    asked = ["clik.tasks.quality_measure.measure=q2", "quality.friction=0.35", "quality.cone_edges=6"]
+    task = load_manipulation_config(asked).clik.tasks["quality_measure"]
+    assert (task["friction"], task["cone_edges"]) == (0.35, 6)
+    apart = load_manipulation_config([*asked, "clik.tasks.quality_measure.friction=0.9"])
+    assert apart.clik.tasks["quality_measure"]["friction"] == 0.9
+
+
+def test_thresholds_of_the_search_are_those_of_the_index_unless_given():
+    asked = ["index=mirtich_canny", "index.phi_cei_deg=7"]
+    assert load_config(asked).search.thresholds_deg == (7, 10)
+    assert load_config([*asked, "search.phi_cei_deg=9"]).search.thresholds_deg == (9, 10)
+    assert load_config(["index=force_field"]).search.thresholds_deg == (15, 10)
+
+
 def test_a_task_is_brought_in_by_one_of_its_options():
     tasks = load_manipulation_config(["clik/tasks=none", "clik.tasks.edge_distance.gain=3"]).clik.tasks
     assert list(tasks) == ["edge_distance"]

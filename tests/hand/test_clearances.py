@@ -6,6 +6,7 @@ import pinocchio
 import pytest
 
 from graspbench.hand.collision import OBJECT_CAP_M, measure_clearances
+from graspbench.hand.model import shape_poses
 from graspbench.hand.obstacle import make_obstacle
 from graspbench.hand.shapes import BOUND, FINGER, KIND, LINK, PALM, RADIUS
 from graspbench.hand.task import Task, make_system
@@ -87,7 +88,8 @@ def test_clearance_to_the_ground_is_that_of_the_lowest_tip(radial):
 
 def test_clearance_to_object_points_is_the_smallest_signed_distance(hand):
     rng = np.random.default_rng(4)
-    poses, shapes = hand.shape_poses(hand.preferred), hand.shapes
+    shapes = hand.shapes
+    poses = shape_poses(hand.chains, shapes, hand.by_finger(hand.preferred))
     for _ in range(40):
         cloud = rng.uniform((-0.1, -0.1, -0.05), (0.1, 0.1, 0.15), (30, 3))
         local = (cloud - POSE[:, 3]) @ POSE[:, :3]

@@ -5,69 +5,19 @@ the limits allow, each level in the null space of those above. Everything in the
 """
 
 import math
-from typing import Annotated
 
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.manipulation.compiled.control_step import contact_rates
-from graspbench.manipulation.compiled.dense import (
-    apply_reflectors,
-    cholesky,
-    dot,
-    lower_solve,
-    lq,
-    upper_solve,
-)
+from graspbench.manipulation.compiled.dense import dot
 from graspbench.manipulation.compiled.least_distance import least_distance
-from graspbench.manipulation.compiled.record import Record
+from graspbench.manipulation.compiled.level import null_directions, solve_level
+from graspbench.manipulation.compiled.limit_arrays import FAR, SLACK, LimitArrays, is_admissible
 from graspbench.manipulation.compiled.record_type import opener
 from graspbench.manipulation.compiled.step_records import LawArrays, StateArrays, SystemArrays, TaskTable
 from graspbench.manipulation.compiled.task_kernel import task_at
-
-FAR = 1e8
-"""A bound that is none."""
-_SLACK = 1e-9
-_TIE = 1e-7
-_RANK = 1e-8
-
-
-class LimitArrays(Record):
-    """The limits, and room to work.
-
-    Attributes:
-        gain: Share of the way to a limit that may be gone in a second, 1/s.
-        margin_m: Added to the least distances.
-        lower: Lower joint limits, rad.
-        upper: Upper joint limits, rad.
-        fastest: Joint velocity limits, rad/s.
-        domains: Where the contacts' charts may be used.
-        pairs: Fingers to keep apart.
-        distances_m: Their least distances.
-        low: Lower bounds of x now.
-        high: Upper bounds of x now.
-        rows: Derivatives of the pairs' distances with respect to x.
-        least: Lower bounds of their rates now.
-        near: The projected velocity.
-        x: The result.
-    """
-
-    gain: float
-    margin_m: float
-    lower: Annotated[FloatArray, "joints"]
-    upper: Annotated[FloatArray, "joints"]
-    fastest: Annotated[FloatArray, "joints"]
-    domains: Annotated[FloatArray, "contacts", 2, 2]
-    pairs: Annotated[IntArray, "pairs", 2]
-    distances_m: Annotated[FloatArray, "pairs"]
-    low: Annotated[FloatArray, "variables"]
-    high: Annotated[FloatArray, "variables"]
-    rows: Annotated[FloatArray, "pairs", "variables"]
-    least: Annotated[FloatArray, "pairs"]
-    near: Annotated[FloatArray, "variables"]
-    x: Annotated[FloatArray, "variables"]
-
 
 _open_system, _open_state, _open_law = opener(SystemArrays), opener(StateArrays), opener(LawArrays)
 _open_table, _open_limits = opener(TaskTable), opener(LimitArrays)
@@ -94,7 +44,7 @@ def limit_velocity(
     for v in range(len(near)):
         near[v] = law.velocity[v] / scale[v]
         x[v] = near[v]
-    levels = 0 if _is_admissible(limits) else _solve_levels(state, law, table, limits, order)
+    levels = 0 if is_admissible(limits) else _solve_levels(state, law, table, limits, order)
     if levels < 0:
         return levels
     for v in range(len(near)):
@@ -139,18 +89,6 @@ def _write_bounds(system: SystemArrays, state: StateArrays, law: LawArrays, limi
 
 
 @inner
-def _is_admissible(limits: LimitArrays) -> bool:
-    x = limits.x
-    for v in range(len(x)):
-        if x[v] < limits.low[v] - _SLACK or x[v] > limits.high[v] + _SLACK:
-            return False
-    closest = 0.0
-    for p in range(len(limits.least)):
-        closest = min(closest, dot(limits.rows[p], x) - limits.least[p])
-    return closest >= -_SLACK
-
-
-@inner
 def _solve_levels(
     state: StateArrays, law: LawArrays, table: TaskTable, limits: LimitArrays, order: IntArray
 ) -> int:
@@ -161,13 +99,13 @@ def _solve_levels(
     for i in range(len(main)):
         missed = max(missed, abs(dot(main[i], near) - law.wanted[i]))
     # where the projected velocity moves the object as wanted, its null space may be all that is needed
-    if missed > _SLACK or not _solve_level(none, near[:0], basis, limits):
+    if missed > SLACK or not solve_level(none, near[:0], basis, limits):
         limits.x[:] = near
         whole = np.eye(len(near))
-        if not _solve_level(main, law.wanted, whole, limits):
+        if not solve_level(main, law.wanted, whole, limits):
             _relax_distances(limits)
             limits.x[:] = near
-            if not _solve_level(main, law.wanted, whole, limits):
+            if not solve_level(main, law.wanted, whole, limits):
                 return -1
     levels, free = 1, basis
     for t in order:
@@ -179,95 +117,13 @@ def _solve_levels(
             wanted = np.empty(len(matrix))
             for r in range(len(matrix)):
                 wanted[r] = dot(matrix[r], near)
-            if not _solve_level(matrix, wanted, free, limits):
+            if not solve_level(matrix, wanted, free, limits):
                 return levels
-            free = _null_directions(matrix, free)
+            free = null_directions(matrix, free)
             levels += 1
-    if len(free) > 0 and _solve_level(none, near[:0], free, limits):
+    if len(free) > 0 and solve_level(none, near[:0], free, limits):
         levels += 1
     return levels
-
-
-@inner
-def _solve_level(matrix: FloatArray, wanted: FloatArray, free: FloatArray, limits: LimitArrays) -> bool:
-    """Move x along the rows of ``free`` to the least |matrix x - wanted|^2 inside the limits.
-
-    Ties go to the velocity that is nearest to the projected one; the second pass is a step of the proximal
-    point method, which takes the tie's bias out of weak directions. Without a matrix the tie is all.
-
-    Returns:
-        Whether there is such a point; if not, x stays.
-    """
-    d, x = len(free), limits.x
-    if d == 0:
-        return _is_admissible(limits)
-    along, missing = np.empty((len(matrix), d)), np.empty(len(matrix))
-    for i in range(len(matrix)):
-        missing[i] = wanted[i] - dot(matrix[i], x)
-        for r in range(d):
-            along[i, r] = dot(matrix[i], free[r])
-    tie = _TIE if len(matrix) > 0 else 1.0
-    factor, target = np.zeros((d, d)), np.empty(d)
-    for r in range(d):
-        for s in range(r + 1):
-            for i in range(len(matrix)):
-                factor[r, s] += along[i, r] * along[i, s]
-        factor[r, r] += tie
-        target[r] = 0.0
-        for v in range(len(x)):
-            target[r] += free[r, v] * (limits.near[v] - x[v])
-    cholesky(factor)
-    sides, bounds, lengths = _sides(free, factor, limits)
-    best, away = np.empty(d), np.empty(d)
-    for _ in range(2 if len(matrix) > 0 else 1):
-        for r in range(d):
-            best[r] = tie * target[r]
-            for i in range(len(matrix)):
-                best[r] += along[i, r] * missing[i]
-        lower_solve(factor, best)
-        # in w = L^T (y - best) the level asks for the least |w|
-        least = np.empty(len(sides))
-        for j in range(len(sides)):
-            least[j] = bounds[j] / lengths[j] - dot(sides[j], best)
-        if not least_distance(sides, least, away):
-            return False
-        for r in range(d):
-            target[r] = best[r] + away[r]
-        upper_solve(factor, target)
-    for r in range(d):
-        for v in range(len(x)):
-            x[v] += free[r, v] * target[r]
-    return True
-
-
-@inner
-def _sides(
-    free: FloatArray, factor: FloatArray, limits: LimitArrays
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return unit normals of all limits in w, their bounds from x on, and the normals' lengths before."""
-    d, x, rows = len(free), limits.x, limits.rows
-    room = 2 * len(x) + len(rows)
-    sides, bounds, lengths, count = np.empty((room, d)), np.empty(room), np.empty(room), 0
-    normal = np.empty(d)
-    for j in range(len(x) + len(rows)):
-        for r in range(d):
-            normal[r] = free[r, j] if j < len(x) else dot(rows[j - len(x)], free[r])
-        lower_solve(factor, normal)
-        length = math.sqrt(dot(normal, normal))
-        if length < 1e-10:
-            continue
-        for sign in range(1, -2, -2):
-            if j < len(x):
-                bound = limits.low[j] - x[j] if sign > 0 else x[j] - limits.high[j]
-                open_end = bound < -0.5 * FAR
-            else:
-                bound, open_end = limits.least[j - len(x)] - dot(rows[j - len(x)], x), sign < 0
-            if not open_end:
-                for r in range(d):
-                    sides[count, r] = sign * normal[r] / length
-                bounds[count], lengths[count] = bound, length
-                count += 1
-    return sides[:count], bounds[:count], lengths[:count]
 
 
 @inner
@@ -297,42 +153,3 @@ def _relax_distances(limits: LimitArrays) -> None:
             limits.least[p] -= max(found[n + p], 0.0) + 1e-7
     else:  # as a last resort the distances give way altogether: the box always has a solution
         limits.least[:] = -FAR
-
-
-@inner
-def _null_directions(matrix: FloatArray, free: FloatArray) -> FloatArray:
-    """Return orthonormal rows that span those directions of ``free`` that the matrix does not see."""
-    d, n = free.shape
-    along, kept, size = np.empty((len(matrix), d)), 0, 0.0
-    for i in range(len(matrix)):
-        for r in range(d):
-            along[i, r] = dot(matrix[i], free[r])
-        size = max(size, dot(along[i], along[i]))
-    independent = np.empty((min(len(matrix), d), d))
-    used = np.zeros(len(matrix), dtype=np.int64)
-    while kept < len(independent):
-        pivot, longest = -1, _RANK * _RANK * size
-        for i in range(len(matrix)):
-            if used[i] == 0 and dot(along[i], along[i]) > longest:
-                pivot, longest = i, dot(along[i], along[i])
-        if pivot < 0:
-            break
-        used[pivot] = 1
-        independent[kept] = along[pivot] / math.sqrt(longest)
-        kept += 1
-        for i in range(len(matrix)):
-            if used[i] == 0:
-                part = dot(along[i], independent[kept - 1])
-                for r in range(d):
-                    along[i, r] -= part * independent[kept - 1, r]
-    heads = np.zeros(kept)
-    lq(independent[:kept], heads)
-    out, direction = np.zeros((d - kept, n)), np.empty(d)
-    for r in range(d - kept):
-        direction[:] = 0.0
-        direction[kept + r] = 1.0
-        apply_reflectors(independent[:kept], heads, direction)
-        for s in range(d):
-            for v in range(n):
-                out[r, v] += direction[s] * free[s, v]
-    return out

@@ -1,8 +1,9 @@
 """Raise a quality measure of the grasp by moving the contacts."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -25,11 +26,20 @@ class QualityMeasure(SecondaryTask):
     A measure of which less is better is lowered to the target.
     """
 
+    FOLLOWS: ClassVar[Mapping[str, str]] = {
+        "friction": "quality.friction",
+        "cone_edges": "quality.cone_edges",
+    }
+
     gain: Annotated[float, Field(ge=0, description="Gain K of the error, 1/s")] = 1.0
     measure: Annotated[str, Field(description="Measure to raise; see graspbench measures list")] = "q1"
     target: Annotated[float, Field(description="Value to aim at; reached, the task pulls no more")] = 1.0
-    friction: Annotated[float, Field(gt=0, description="Friction coefficient")] = 0.5
-    cone_edges: Annotated[int, Field(ge=3, description="Edges of a friction cone")] = 8
+    friction: Annotated[
+        float | None, Field(gt=0, description="Friction coefficient; null: quality.friction")
+    ] = None
+    cone_edges: Annotated[
+        int | None, Field(ge=3, description="Edges of a friction cone; null: quality.cone_edges")
+    ] = None
     torque_length: Annotated[float, Field(gt=0, description="Torques are divided by it, m")] = 0.05
 
     def __post_init__(self) -> None:
@@ -38,7 +48,9 @@ class QualityMeasure(SecondaryTask):
     @cached_property
     def _model(self) -> tuple[Measure, QualityParameters]:
         quality = QualityParameters(
-            friction=self.friction, cone_edges=self.cone_edges, torque_length=self.torque_length
+            friction=QualityParameters.friction if self.friction is None else self.friction,
+            cone_edges=QualityParameters.cone_edges if self.cone_edges is None else self.cone_edges,
+            torque_length=self.torque_length,
         )
         return MEASURES[self.measure], quality
 
