@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import Any, TypeVar, cast, get_type_hints
 
 from llvmlite import ir
-from numba import cfunc
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from graspbench.compiled import compiled_callback
 from graspbench.manipulation.compiled.record_type import RecordType, opener_at
 from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays, TaskArrays
 
@@ -39,7 +39,7 @@ class TaskKernel:
     def address(self) -> int:
         """Where the machine code is; compiled on first use, and cached on disk."""
         signature = types.int64(RecordType(SystemArrays), RecordType(StateArrays), RecordType(self.arrays))
-        self._compiled = cfunc(signature, cache=True, error_model="numpy")(self._function)
+        self._compiled = compiled_callback(signature, self._function)
         return int(self._compiled.address)
 
 
