@@ -21,8 +21,9 @@ from graspbench.planning.mirtich_canny_optimum import largest_outer_triangle
 from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.planning.search.climb import PROGRESS, Climber, ContactsInTurn, Place, sampled_grasps
 from graspbench.planning.search.engine import Progress, branch_and_bound
+from graspbench.planning.search.enumeration import can_enumerate, enumerate_triples
 from graspbench.planning.search.layout import Layout, lay_out
-from graspbench.planning.search.objectives import Objective, make_objective
+from graspbench.planning.search.objectives import CODES, Objective, make_objective
 from graspbench.planning.search.referee import Referee
 from graspbench.reconstruction.surface import Surface
 
@@ -245,13 +246,18 @@ def _branch_and_bound(problem: _Problem, starts: Sequence[Grasp]) -> GlobalResul
         held[leaves.tobytes()] = referee.hold(layout.nodes[leaves])
         return -np.inf if held[leaves.tobytes()] is None else value
 
-    progress = branch_and_bound(
-        layout, objective, problem.n_f, accept,
-        gap=search.gap,
-        threads=search.threads or len(os.sched_getaffinity(0)),
-        out_of_time=problem.out_of_time,
-        start=Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf),
-    )  # fmt: skip
+    start = Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf)
+    threads = search.threads or len(os.sched_getaffinity(0))
+    if can_enumerate(layout, problem.measure):
+        progress = enumerate_triples(
+            layout, objective, CODES[problem.measure], accept,
+            threads=threads, out_of_time=problem.out_of_time, start=start,
+        )  # fmt: skip
+    else:
+        progress = branch_and_bound(
+            layout, objective, problem.n_f, accept,
+            gap=search.gap, threads=threads, out_of_time=problem.out_of_time, start=start,
+        )  # fmt: skip
     grasp = None if progress.tuple is None else held[progress.tuple.tobytes()]
 
     def evaluate(nodes: IntArray) -> float:
