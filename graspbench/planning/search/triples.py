@@ -219,4 +219,3 @@ def _on_a_line(normals: FloatArray, i: int, j: int, k: int, measure: int) -> flo
     if measure == Q2:
         return math.sqrt(max(values[1] * values[2], 0.0))
     return math.sqrt(max(values[1], 0.0) * (0.5 if measure == Q3 else 1.0))
-
