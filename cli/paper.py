@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -30,6 +30,13 @@ def paper(
     forces: Annotated[
         bool, typer.Option("--forces", help="figures-3: draw force field and barrier at the contacts too.")
     ] = False,
+    without: Annotated[
+        Literal["hand", "ground"] | None,
+        typer.Option(
+            help="table-3.1: take away the hand or the ground, from planner and search alike.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
@@ -37,12 +44,21 @@ def paper(
     from graspbench.cli.printing import err, out, print_json, print_rows
     from graspbench.paper.experiments import EXPERIMENTS
     from graspbench.paper.figures_3 import figures_3
+    from graspbench.paper.table_3_1_without import table_3_1_without
 
     if name not in EXPERIMENTS:
         raise ConfigurationError(f"unknown experiment '{name}'", remedy=f"choose one of {', '.join(_NAMES)}")
     if forces and name != "figures-3":
         raise ConfigurationError(f"'{name}' draws no forces", remedy="use --forces with figures-3")
-    experiment = partial(figures_3, forces=True) if forces else EXPERIMENTS[name]
+    if without is not None and name != "table-3.1":
+        raise ConfigurationError(
+            f"'{name}' is not compared without the {without}", remedy="use --without with table-3.1"
+        )
+    experiment = EXPERIMENTS[name]
+    if forces:
+        experiment = partial(figures_3, forces=True)
+    if without is not None:
+        experiment, name = partial(table_3_1_without, without=without), f"{name}-without-{without}"
     done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
     if as_json:
         print_json({"schema": 1, **done.document})

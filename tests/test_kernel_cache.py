@@ -1,6 +1,5 @@
 """Compiled kernels are made anew when anything that was compiled into them has changed."""
 
-import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -109,15 +108,6 @@ def test_comments_and_docstrings_do_not_count():
     assert fingerprint(first) != fingerprint(lambda x: x + 2.0)
 
 
-@pytest.mark.parametrize("module", ["geometry.intersections", "geometry.handles", "report.raster"])
-def test_kernels_in_numbas_own_cache_call_only_their_own_file(module):
-    found = importlib.import_module(f"graspbench.{module}")
-    kernels = [each for each in vars(found).values() if hasattr(each, "py_func")]
-    assert kernels
-    assert {each.py_func.__module__ for each in kernels} == {found.__name__}
-
-
-def test_there_are_no_others():
+def test_nothing_is_kept_in_a_way_that_forgets_what_a_kernel_calls():
     package = Path(graspbench.__file__).parent
-    theirs = {path.stem for path in package.rglob("*.py") if "cache=True" in path.read_text()}
-    assert theirs == {"intersections", "handles", "raster"}
+    assert not [path for path in package.rglob("*.py") if "cache=True" in path.read_text()]

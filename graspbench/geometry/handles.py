@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.compiled import compiled
 from graspbench.geometry import topology
 
 _SPURIOUS_SHARE = 0.1
@@ -200,8 +200,8 @@ def handle_loops(graph: _Graph, root: int, within: float = np.inf) -> list[_Loop
     )
 
 
-@njit(cache=True)
-def _unspanned(order, triangles, n_faces, first):  # type: ignore[no-untyped-def]
+@compiled
+def _unspanned(order: IntArray, triangles: IntArray, n_faces: int, first: int) -> IntArray:
     """Return the edges, from the first on, whose two triangles the edges before them connect already."""
     parent = np.arange(n_faces)
     left = []

@@ -1,9 +1,9 @@
 """Self-intersections of a triangle mesh."""
 
 import numpy as np
-from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.compiled import compiled
 
 _PLANE_SHARE = 1e-9
 """Distances below this share of the mesh's size are touching, not piercing."""
@@ -40,8 +40,8 @@ def self_intersections(vertices: FloatArray, faces: IntArray, among: BoolArray |
     return hit
 
 
-@njit(cache=True)
-def _entries(first, last, shape, total):  # type: ignore[no-untyped-def]
+@compiled
+def _entries(first: IntArray, last: IntArray, shape: IntArray, total: int) -> tuple[IntArray, IntArray]:
     """List (cell, triangle) for every cell that a triangle's box overlaps."""
     cells = np.empty(total, np.int64)
     owners = np.empty(total, np.int64)
@@ -56,8 +56,17 @@ def _entries(first, last, shape, total):  # type: ignore[no-untyped-def]
     return cells, owners
 
 
-@njit(cache=True)
-def _pierced(vertices, faces, low, high, cells, owners, among, tolerance):  # type: ignore[no-untyped-def]
+@compiled
+def _pierced(
+    vertices: FloatArray,
+    faces: IntArray,
+    low: FloatArray,
+    high: FloatArray,
+    cells: IntArray,
+    owners: IntArray,
+    among: BoolArray,
+    tolerance: float,
+) -> BoolArray:
     hit = np.zeros(len(faces), np.bool_)
     start = 0
     while start < len(cells):
@@ -85,8 +94,8 @@ def _pierced(vertices, faces, low, high, cells, owners, among, tolerance):  # ty
     return hit
 
 
-@njit(cache=True)
-def _edge_pierces(vertices, edges_of, triangle, tolerance):  # type: ignore[no-untyped-def]
+@compiled
+def _edge_pierces(vertices: FloatArray, edges_of: IntArray, triangle: IntArray, tolerance: float) -> bool:
     """Whether an edge of one triangle that shares no corner with another one passes through it.
 
     Its border counts: in symmetric meshes edges cross edges exactly.

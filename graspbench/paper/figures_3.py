@@ -65,7 +65,7 @@ def figures_3(
                 if forces:
                     files.append(_draw_forces(config, trial, row, folder))
                 rows.append(row)
-        files = [*dict.fromkeys(files), *_write_tables(rows, folder), folder / "result.json"]
+        files = [*dict.fromkeys(files), *_write_tables(rows, configs, folder), folder / "result.json"]
         write_atomically(files[-1], to_json({"schema": SCHEMA_VERSION, "rows": rows}))
     shown = [{key: row[key] for key in _SHOWN} for row in rows]
     return PaperResult(shown, {"rows": rows}, [output / path.name for path in files])
@@ -160,7 +160,7 @@ def _forces(config: TrialConfig, trial: PlannedTrial) -> tuple[FieldForces, Barr
     return field, values
 
 
-def _write_tables(rows: list[dict[str, Any]], output: Path) -> list[Path]:
+def _write_tables(rows: list[dict[str, Any]], configs: Sequence[TrialConfig], output: Path) -> list[Path]:
     from graspbench.report.tables import Column, Table, write_tables
 
     columns = (
@@ -175,5 +175,6 @@ def _write_tables(rows: list[dict[str, Any]], output: Path) -> list[Path]:
     notes = (
         "Equilateral error: the largest deviation of an angle between neighbouring contacts.",
         "The best by the index of all grasps that followed the surface, unless planner.select is given.",
+        *(f"Q3: {model}." for model in dict.fromkeys(config.quality.describe() for config in configs)),
     )
     return list(write_tables([Table("table", _TITLE, columns, tuple(rows), notes)], output))

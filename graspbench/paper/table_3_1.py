@@ -57,7 +57,7 @@ def table_3_1(
     """
     store, options = ResultStore(output), SweepOptions(jobs=jobs)
     trials: list[SweepTrial] = []
-    for cell in _cells(overrides, config_dir):
+    for cell in cells(overrides, config_dir):
         trials += plan_sweep(cell, store, options, config_dir)
     for count, result in enumerate(run_sweep(trials, store, options), 1):
         say(f"{count} {result.trial_id} {result.object.name} {result.status}")
@@ -69,8 +69,12 @@ def table_3_1(
     return PaperResult(shown, document, [output / name for name in names])
 
 
-def _cells(overrides: Sequence[str], config_dir: Path | None) -> list[list[str]]:
-    """Return the grid's overrides: the thesis' objects or the one asked for; both k_cm unless one is."""
+def cells(overrides: Sequence[str], config_dir: Path | None) -> list[list[str]]:
+    """Return the grid's overrides: the thesis' objects or the one asked for; both k_cm unless one is.
+
+    Raises:
+        ConfigurationError: An option cannot be used.
+    """
     named = any(override.startswith("object") for override in overrides)
     objects = [[]] if named else [[f"object={name}", f"hand.fingers={n}"] for name, n in OBJECTS.items()]
     option = centre_option(load_config([*_DEFAULTS, *objects[0], *overrides], config_dir).index_name)
@@ -99,7 +103,7 @@ def _write(
         _explain(trial.config, result, found, folder, say)
         rows += found
     models = dict.fromkeys(trial.config.quality.describe() for trial in trials)
-    notes = [_settings(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
+    notes = [settings_note(trials[0].config), *(f"Measures: {model}." for model in models), *failed]
     write_tables([local_global_table(rows, notes)], folder)
     write_atomically(folder / "short.md", _short_markdown(rows))
     if rows:
@@ -110,22 +114,14 @@ def _write(
     return rows, document
 
 
-def _settings(config: TrialConfig) -> str:
+def settings_note(config: TrialConfig) -> str:
+    """Say how a trial was planned and searched."""
     planner, search = config.planner, config.search
     return (
         f"Planner: {planner.planes} planes of {planner.rotations} first grasps, {planner.followers} of them "
-        f"until the surface rests, the best by {planner.select}. {_model(config)}"
+        f"until the surface rests, the best by {planner.select}. "
         f"Search: at most {search.time_limit_s:g} s a measure; k_cm > 0: centre of grip within "
         f"{1e3 * search.centre_tolerance_m:g} mm of the centroid, or as far as the local grasp's."
-    )
-
-
-def _model(config: TrialConfig) -> str:
-    q = config.quality
-    friction = "" if q.contact == "frictionless" else f", friction {q.friction:g}"
-    length = q.torque_length if isinstance(q.torque_length, str) else f"{q.torque_length:g} m"
-    return (
-        f"Contact {q.contact}{friction}, wrenches {q.wrench_space}, torque length {length}, norm {q.norm}. "
     )
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.planning.indices.mirtich_canny import score_contacts
+from graspbench.planning.mirtich_canny_bounds import cosine_range, largest_possible_m2
 from graspbench.reconstruction.surface import Surface
 
-_GRID = 61
 _ROUNDING = 1e-9
 _LISTED = 512
 """Triples that are listed at a time for whoever has to accept them."""
@@ -78,7 +78,7 @@ def largest_outer_triangle(
     started = perf_counter()
     search = _Search(surface, phi_cei_deg, phi_eegi_deg, usable, pair_limit_m, centre_tolerance_m)
     out_of_time = out_of_time or (lambda: False)
-    bound, chosen, finished = _largest_possible_m2(surface, phi_eegi_deg), None, False
+    bound, chosen, finished = largest_possible_m2(surface, phi_eegi_deg), None, False
     listed = 1 if accept is None else _LISTED
     ceiling, last = np.inf, np.full(3, -1, dtype=np.int64)
     while chosen is None and not finished:
@@ -158,47 +158,6 @@ class _Search:
             measured += more
         self.measured = max(self.measured, measured)
         return triples[:found], areas[:found], True
-
-
-def cosine_range(phi_cei_deg: float, phi_eegi_deg: float) -> tuple[float, float]:
-    """Return the least and the largest cosine between two normals of a grasp within the thresholds.
-
-    The normals' tilts a, b out of the grip plane sum to at most 3 CEI. The three angles phi between their
-    projections sum to 360 degrees when they surround a point, so one deviates from 120 degrees by at most
-    half of their summed deviation, 1.5 EEGI. Their cosine is sin a sin b + cos a cos b cos phi.
-
-    Args:
-        phi_cei_deg: Largest coplanarity error.
-        phi_eegi_deg: Largest equilateral error.
-    """
-    if 3.0 * phi_cei_deg >= 90.0:
-        return -1.0, 1.0
-    most, spread = np.deg2rad(3.0 * phi_cei_deg), np.deg2rad(min(1.5 * phi_eegi_deg, 60.0))
-    # For fixed phi the only extremes inside |a| + |b| <= most are saddles.
-    a = np.linspace(0.0, most, _GRID)
-    b = most - a
-    cosines = [
-        sign * np.sin(a) * np.sin(b) + np.cos(a) * np.cos(b) * np.cos(2.0 * np.pi / 3.0 + turn)
-        for sign in (1.0, -1.0)
-        for turn in (-spread, spread)
-    ]
-    # Between grid points the extremes may be a little further out.
-    slack = (most / (_GRID - 1)) ** 2
-    return float(np.min(cosines)) - slack, float(np.max(cosines)) + slack
-
-
-def _largest_possible_m2(surface: Surface, phi_eegi_deg: float) -> float:
-    """Return an area that no outer triangle of the surface exceeds, looking at none.
-
-    The three lines are at most a radius from the centroid; the triangle around a circle of that radius, with
-    angles phi_j between its normals, has the area r^2 sum tan(phi_j / 2). The sum is convex, so its largest
-    value is where one angle is 1.5 EEGI above 120 degrees and another one as much below.
-    """
-    half = 0.75 * phi_eegi_deg
-    if half >= 30.0:
-        return np.inf
-    radius = float(np.linalg.norm(surface.points - surface.centroid, axis=1).max())
-    return radius**2 * float(np.sum(np.tan(np.deg2rad([60.0 - half, 60.0, 60.0 + half])))) * (1.0 + 1e-9)
 
 
 @compiled

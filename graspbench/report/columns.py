@@ -20,6 +20,7 @@ PLANNING_TIME = "local.time_s"
 VERSION, COMMIT, DIRTY = "provenance.graspbench", "provenance.git.commit", "provenance.git.dirty"
 MEASURES = THESIS_MEASURES
 CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION = "quality.contact", "quality.friction", "execution.friction"
+WRENCH_SPACE, TORQUE_LENGTH = "quality.wrench_space", "quality.torque_length"
 DONE, UNREADABLE = "done", "unreadable"
 
 _RATIOS = tuple(f"ratio.{measure}" for measure in MEASURES)

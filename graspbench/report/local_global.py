@@ -15,6 +15,8 @@ from graspbench.results.grasp_results import GraspResult
 from graspbench.results.trial_result import TrialResult
 
 REFINED_GOAL = 0.97
+_MODEL = ("contact", "wrench_space", "friction", "cone_edges", "torque_length", "norm")
+"""What the measures are of: columns of the CSV, words in the notes."""
 
 COLUMNS = (
     Column("object", "object"),
@@ -140,34 +142,77 @@ def local_global_table(rows: Sequence[Mapping[str, Any]], notes: Sequence[str]) 
     return Table("table", TITLE, COLUMNS, tuple(rows), sentences, parted=("object", "k_cm"))
 
 
+def compared(
+    case: Mapping[str, Any],
+    index: str,
+    measure: str,
+    values: Mapping[str, float | None],
+    best: Mapping[str, Any],
+    quality: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the part of a row that grasps and search decide.
+
+    Args:
+        case: ``object``, ``fingers`` and ``k_cm``.
+        index: Name of the index.
+        measure: "q1", "q2" or "q3".
+        values: Its values: ``local``, ``restarted`` and ``refined``, None where there is none.
+        best: ``global`` (None where nothing is known), ``upper_bound``, ``gap`` and ``optimal``.
+        quality: What the measures are of: `QualityParameters` as a mapping.
+    """
+    known = best["global"]
+    ratios = {
+        name: None if known is None or value is None else value / known for name, value in values.items()
+    }
+    thesis, ratio = thesis_ratio(case["k_cm"], case["object"], index, measure), ratios["local"]
+    return {
+        **case,
+        "measure": measure.upper(),
+        **values,
+        **best,
+        "ratio": ratio,
+        "thesis": thesis,
+        "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
+        "ratio_restarted": ratios["restarted"],
+        "ratio_refined": ratios["refined"],
+        **_model(quality),
+    }
+
+
+def _model(quality: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the measures are of, None where the model does without."""
+    idle = {"friction", "cone_edges"} if quality.get("contact") == "frictionless" else set()
+    if str(quality.get("wrench_space")).endswith("_force"):
+        idle.add("torque_length")
+    return {name: None if name in idle else quality.get(name) for name in _MODEL}
+
+
 def _row(result: TrialResult, measure: str) -> dict[str, Any]:
     local, found, refined = result.local, result.global_[measure], result.refined.get(measure)
     restarted = result.restarted
     assert local is not None, "a trial that is done has a grasp"
-    gain, name = result.index.get("k_cm"), result.object.name
     known = bool(found.contacts) and found.value > 0
-    ratio = local[measure] / found.value if known else None
-    thesis = thesis_ratio(gain, name, result.index["name"], measure)
     serial_s = local.reconstruction_time_s + found.time_s
     return {
-        "object": name,
-        "fingers": result.hand.fingers,
-        "k_cm": gain,
-        "measure": measure.upper(),
-        "local": local[measure],
-        "restarted": restarted[measure] if restarted else None,
-        "refined": refined.value if refined else None,
-        "global": found.value if known else None,
-        "upper_bound": found.upper_bound,
-        "gap": found.gap,
-        "optimal": found.optimal,
-        "ratio": ratio,
-        "thesis": thesis,
-        "met": None if thesis is None or ratio is None else "yes" if ratio >= thesis else "no",
-        "ratio_restarted": restarted[measure] / found.value if restarted and known else None,
+        **compared(
+            {"object": result.object.name, "fingers": result.hand.fingers, "k_cm": result.index.get("k_cm")},
+            result.index["name"],
+            measure,
+            {
+                "local": local[measure],
+                "restarted": restarted[measure] if restarted else None,
+                "refined": refined.value if refined else None,
+            },
+            {
+                "global": found.value if known else None,
+                "upper_bound": found.upper_bound,
+                "gap": found.gap,
+                "optimal": found.optimal,
+            },
+            result.config.get("quality", {}),
+        ),
         "found_by": local.found_by,
         "followed_share": local.followed_share,
-        "ratio_refined": refined.value / found.value if refined and known else None,
         "reconstruction_s": local.reconstruction_time_s,
         "search_s": found.time_s,
         "serial_s": serial_s,

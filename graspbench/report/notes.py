@@ -13,7 +13,9 @@ from graspbench.report.columns import (
     PLANNED_FRICTION,
     STATUS,
     SUCCESS,
+    TORQUE_LENGTH,
     VERSION,
+    WRENCH_SPACE,
     differing,
     numbers,
 )
@@ -32,14 +34,22 @@ def trial_notes(trials: pd.DataFrame, shown: Sequence[str] = ()) -> tuple[str, .
 
 
 def model_notes(trials: pd.DataFrame) -> tuple[str, ...]:
-    """Return a sentence that says the contact model and the friction, where all trials share them."""
-    models, planned, executed = (
-        sorted(_texts(trials, name)) for name in (CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION)
+    """Return a sentence that says what the measures are of: contact model, wrenches, friction, torque length.
+
+    Only what all trials share is said; what they differ in is named by `pooled_notes`.
+    """
+    models, spaces, planned, executed, lengths = (
+        sorted(_texts(trials, name))
+        for name in (CONTACT, WRENCH_SPACE, PLANNED_FRICTION, EXECUTED_FRICTION, TORQUE_LENGTH)
     )
     parts = [f"{models[0].replace('_', ' ')} contacts"] if len(models) == 1 else []
+    if len(spaces) == 1:
+        parts.append(f"wrenches {spaces[0].replace('_', ' ')}")
     if len(planned) == 1:
         apart = len(executed) == 1 and executed != planned
         parts.append(f"friction {planned[0]}" + (f", executed at {executed[0]}" if apart else ""))
+    if len(lengths) == 1:
+        parts.append("torque length " + (lengths[0] if lengths[0] == "auto" else f"{lengths[0]} m"))
     text = ", ".join(parts)
     return (f"{text[0].upper()}{text[1:]}.",) if text else ()
 

@@ -4,14 +4,14 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from graspbench.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from graspbench.compiled import compiled
 
 Pixels: TypeAlias = npt.NDArray[np.float32]
 
 
-@njit(cache=True)
+@compiled
 def draw_triangles(
     screen: FloatArray,
     normals: FloatArray,
@@ -81,8 +81,8 @@ def draw_triangles(
                     color[row, column, k] = min(base * shade + shine, 1.0)
 
 
-@njit(cache=True)
-def fill_triangles(screen: IntArray, faces: IntArray, mask: ImageArray) -> None:
+@compiled
+def fill_triangles(screen: npt.NDArray[np.int32], faces: IntArray, mask: ImageArray) -> None:
     """Set every pixel of ``mask`` that a triangle covers."""
     height, width = mask.shape
     for f in range(len(faces)):
@@ -99,7 +99,7 @@ def fill_triangles(screen: IntArray, faces: IntArray, mask: ImageArray) -> None:
                     mask[row, column] = 1
 
 
-@njit(cache=True)
+@compiled
 def lay_over(
     image: Pixels,
     body_color: Pixels,

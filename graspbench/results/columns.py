@@ -27,7 +27,9 @@ OVERRIDDEN = "overridden"
 # an in-hand motion was.
 _ALWAYS = (
     "quality.contact",
+    "quality.wrench_space",
     "quality.friction",
+    "quality.torque_length",
     "stations",
     "motion",
     "contact.kind",

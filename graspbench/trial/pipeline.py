@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from graspbench.config.trial_config import TrialConfig
 from graspbench.grasp import Grasp
 from graspbench.planning import (
@@ -15,7 +13,6 @@ from graspbench.planning import (
     JointPath,
     LocalPlan,
     RefinedGrasp,
-    centre_gain,
     make_index,
     plan_approach,
     plan_global,
@@ -38,7 +35,7 @@ from graspbench.trial.outcome import (
     refined_results,
     restarted_result,
 )
-from graspbench.trial.planned import PlannedTrial, planned_trial
+from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, planned_trial
 
 
 def run_grasp(
@@ -158,15 +155,7 @@ def _refine(
 
 
 def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None) -> float | None:
-    """Return how far the centre of grip may be from the centroid; None when the index does not ask.
-
-    The search gets at least the freedom that the planned grasps took, or they could not be compared.
-    """
-    if not centre_gain(config.index_name, config.index):
-        return None
-    grasps = [trial.plan.grasp] if restarted is None else [trial.plan.grasp, restarted.grasp]
-    taken = max(float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid)) for grasp in grasps)
-    return max(config.search.centre_tolerance_m, 1.001 * taken)
+    return centre_tolerance_m(config, _known(trial.plan, restarted))
 
 
 def _execute(

@@ -1,6 +1,6 @@
 """The front half of a trial: from images to a grasp by the local planner."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -13,11 +13,12 @@ from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import HandError
 from graspbench.geometry import ObjectModel, load_object
 from graspbench.geometry.width import smallest_width
+from graspbench.grasp import Grasp
 from graspbench.hand import GraspChecker, HandModel, load_hand
 from graspbench.perception import Silhouette, View
 from graspbench.perception import silhouettes as find_silhouettes
 from graspbench.perception.images import load_views
-from graspbench.planning import LocalPlan, make_index, plan_local
+from graspbench.planning import LocalPlan, centre_gain, make_index, plan_local
 from graspbench.reconstruction import Surface, reconstruct
 from graspbench.trial.clock import StageClock
 
@@ -101,6 +102,17 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
 
         surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+
+
+def centre_tolerance_m(config: TrialConfig, planned: Iterable[Grasp]) -> float | None:
+    """Return how far the centre of grip may be from the centroid; None when the index does not ask.
+
+    The search gets at least the freedom that the planned grasps took, or they could not be compared.
+    """
+    if not centre_gain(config.index_name, config.index):
+        return None
+    taken = max(float(np.linalg.norm(grasp.points.mean(axis=0) - grasp.centroid)) for grasp in planned)
+    return max(config.search.centre_tolerance_m, 1.001 * taken)
 
 
 def reconstructed(config: TrialConfig) -> list[Surface]:

@@ -22,6 +22,9 @@ def test_the_triangle_is_nearly_the_largest_and_errors_exceed_the_thesis_only_wh
     assert (row["phi_cei_deg"], row["phi_eegi_deg"], row["error_weight"]) == (15, 10, 0)
     assert row["cei_deg"] <= cei_deg or row["optimum_cei_deg"] > cei_deg
     assert row["eegi_deg"] <= eegi_deg or row["optimum_eegi_deg"] > eegi_deg
+    # No triple of nodes with errors as small as the thesis' has a triangle as large.
+    assert row["area_cm2"] >= row["area_at_thesis_errors_cm2"] > 0.0
+    assert row["area_at_thesis_errors_cm2"] <= row["optimum_area_cm2"]
     assert 0.9 <= row["area_ratio"] <= 1.0 + 1e-9
     assert row["triples"] == row["nodes"] * (row["nodes"] - 1) * (row["nodes"] - 2) // 6
 

@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from graspbench.planning.mirtich_canny_optimum import cosine_range, largest_outer_triangle
+from graspbench.planning.mirtich_canny_bounds import cosine_range
+from graspbench.planning.mirtich_canny_optimum import largest_outer_triangle
 from tests.planning.shapes import ellipsoid, radial
 
 

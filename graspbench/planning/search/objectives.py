@@ -20,7 +20,8 @@ FEW_PLANAR, LISTED = 64, 4096
 PLANAR_DIRECTIONS = {2: 24, 3: 96}
 """Even directions of a planar wrench space, by its components."""
 
-_CODES = {"q1": Q1, "q2": Q2, "q3": Q3}
+CODES = {"q1": Q1, "q2": Q2, "q3": Q3}
+"""Measures in compiled code."""
 
 
 class Objective(Protocol):
@@ -76,7 +77,7 @@ class WrenchObjective:
         layout = self._layout
         bound_tuples(
             tuples, bounds, layout.branches, layout.balls, layout.table, layout.maps.shape[1], layout.grams,
-            _CODES[self._measure], self._minkowski, self._limits, lower,
+            CODES[self._measure], self._minkowski, self._limits, lower,
         )  # fmt: skip
 
     def candidates(self, tuples: IntArray, lower: float) -> tuple[IntArray, FloatArray]:
@@ -120,7 +121,7 @@ class PlanarObjective:
     few = FEW_PLANAR
 
     def __init__(self, layout: Layout, measure: str) -> None:
-        self._layout, self._measure, self._code = layout, measure, _CODES[measure]
+        self._layout, self._measure, self._code = layout, measure, CODES[measure]
         self._minkowski = measure == "q3" and layout.quality.norm == "linf"
         self._limits = layout.limits / layout.torque_length
         self._arms = (layout.points - layout.centroid) / layout.torque_length
