@@ -6,7 +6,7 @@ import numpy as np
 from typing_extensions import TypeIs
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.planning.index import Climbs, ClimbingIndex, Index, Moves, free_moves
+from graspbench.planning.index import ClimbingIndex, Climbs, Index, Moves, free_moves
 from graspbench.reconstruction.surface import Surface
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.compiled import compiled
+from graspbench.compiled import compiled, inner
 from graspbench.planning.balance import imbalance, propose_balance
 from graspbench.planning.field import mean_radius, potential
 from graspbench.planning.field_moves import propose_moves
@@ -26,6 +26,8 @@ def climb_field(
     first: IntArray,
 ) -> None:
     """Follow proposals from every start until there is none, writing every configuration.
+
+    A proposal depends on the configuration alone, so where ways meet they are one from there on.
 
     Args:
         nodes_points: Surface nodes, shape (n_s, 3).
@@ -91,7 +93,32 @@ def climb_field(
             for i in range(n_f):
                 paths[row, i] = vertices[i]
             row += 1
+            if _go_on_as_before(paths, first, grasp, row):
+                row = first[grasp + 1]
+                break
         first[grasp + 1] = row
+
+
+@inner
+def _go_on_as_before(paths: IntArray, first: IntArray, grasp: int, row: int) -> bool:
+    """Where an earlier climb has been at the last configuration, write the rest of its way, and end there."""
+    n_f, longest = paths.shape[1], paths.shape[0] // (len(first) - 1)
+    for earlier in range(grasp):
+        if first[earlier + 1] - first[earlier] == longest:
+            continue  # it was stopped, maybe before its end
+        for met in range(first[earlier], first[earlier + 1]):
+            same = True
+            for i in range(n_f):
+                same &= paths[met, i] == paths[row - 1, i]
+            if not same:
+                continue
+            left = min(first[earlier + 1] - met - 1, longest - (row - first[grasp]))
+            for k in range(left):
+                for i in range(n_f):
+                    paths[row + k, i] = paths[met + 1 + k, i]
+            first[grasp + 1] = row + left
+            return True
+    return False
 
 
 @compiled

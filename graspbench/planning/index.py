@@ -99,7 +99,7 @@ class Climbs(NamedTuple):
 
 @runtime_checkable
 class ClimbingIndex(Index, Protocol):
-    """An index that moves many grasps at once where no hand holds the fingers back, faster than one by one."""
+    """An index that moves many grasps at once where no hand holds the fingers back; much faster."""
 
     def climb_all(
         self, surface: "Surface", starts: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int

@@ -37,7 +37,7 @@ def principal_axes(surface: Surface) -> FloatArray:
     a, b, c = (surface.points[faces[:, k]] - surface.centroid for k in range(3))
     volume = np.einsum("ij,ij->i", a, cross(b, c))
     total = a + b + c
-    second = sum((np.einsum("i,ij,ik->jk", volume, x, x) for x in (a, b, c, total)), np.zeros((3, 3)))
+    second = sum((x.T @ (volume[:, None] * x) for x in (a, b, c, total)), np.zeros((3, 3)))
     _, vectors = np.linalg.eigh(second)
     axes: FloatArray = vectors[:, ::-1].copy()
     # Fixed signs, so that the same surface always gives the same axes.
