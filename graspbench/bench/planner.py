@@ -1,9 +1,9 @@
 """The claim of the parallel planner in numbers: how good are grasps that are found while the surface forms?
 
-Every object is photographed and reconstructed once; grasps are planned on the same surfaces with three and four
-contacts, by the measure models ``thesis`` and ``default``, and once more without the hand and its ground. Under
-``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles (see
-`ceiling`), so what is set against that is never more than the ratio to the best grasp on the surface.
+Every object is photographed and reconstructed once; grasps are planned on the same surfaces with three and
+four contacts, by the measure models ``thesis`` and ``default``, and once more without the hand and its ground.
+Under ``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles
+(see `ceiling`), so what is set against that is never more than the ratio to the best grasp on the surface.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -97,7 +97,7 @@ def ceiling(contacts: int) -> GraspQuality:
     """Return what no grasp can exceed with frictionless contacts and forces in the grasp's plane alone.
 
     The grasp matrix G has n columns in the plane, none longer than one. So the squares of its two singular
-    values sum to n at most, and the largest ball in the hull of n such columns is that of the regular polygon.
+    values sum to n at most, and the largest ball in the hull of n such columns is the regular polygon's.
 
     Args:
         contacts: Their number n, at least 3.
