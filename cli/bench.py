@@ -7,7 +7,7 @@ import typer
 
 from graspbench.cli.arguments import Json
 
-_NAMES = ("clik", "global", "quality", "reconstruction")
+_NAMES = ("clik", "global", "planner", "quality", "reconstruction")
 
 
 def _complete(incomplete: str) -> list[str]:
@@ -23,21 +23,29 @@ def bench(
         "results/bench"
     ),
     objects: Annotated[
-        str | None, typer.Option(metavar="NAME,...", help="Objects of the catalogue, instead of a few.")
+        str | None,
+        typer.Option(
+            metavar="NAME,...", help="Objects of the catalogue, instead of a few; planner: also 'all'."
+        ),
+    ] = None,
+    random: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="N", help="planner: the first N random objects of pybullet_data too."),
     ] = None,
     quick: Annotated[
         bool | None, typer.Option("--quick", help="Measure once and roughly, to see whether it works.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Measure this package against its peers in one run; ratios are what to quote."""
+    """Measure this package against its peers, or against bounds, in one run; ratios are what to quote."""
     from graspbench.bench import run_benchmarks
     from graspbench.bench.tables import write_bench
     from graspbench.cli.printing import err, out, print_json, print_rows
 
     document = {}
     chosen = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
-    for result in run_benchmarks(names or list(_NAMES), output, err.print, objects=chosen, quick=quick):
+    options = {"objects": chosen, "random": random, "quick": quick}
+    for result in run_benchmarks(names or list(_NAMES), output, err.print, **options):
         files = write_bench(result, output)
         document[result.name] = {
             "rows": list(result.rows),

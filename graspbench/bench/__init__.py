@@ -13,6 +13,7 @@ __all__ = ["BENCHMARKS", "BenchResult", "run_benchmarks"]
 BENCHMARKS = {
     "clik": "graspbench.bench.clik_step",
     "global": "graspbench.bench.global_search",
+    "planner": "graspbench.bench.planner",
     "quality": "graspbench.bench.quality",
     "reconstruction": "graspbench.bench.reconstruction",
 }

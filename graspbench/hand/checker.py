@@ -205,7 +205,8 @@ class GraspChecker:
         """
         points, normals = np.asarray(points, dtype=float), np.asarray(normals, dtype=float)
         free = self._above_ground(points, normals)
-        free[free] = self._outside_object(points[free], normals[free])
+        if len(self._surroundings.triangles.balls):
+            free[free] = self._outside_object(points[free], normals[free])
         return free
 
     def _above_ground(self, points: FloatArray, normals: FloatArray) -> BoolArray:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray, cross
 from graspbench.compiled import compiled, inner
 from graspbench.hand.chains import Chains
 from graspbench.hand.collision import place_hand
@@ -48,12 +48,13 @@ def triangles_of(points: FloatArray, faces: IntArray | None) -> Triangles:
     if len(faces) == 0:
         nothing = np.zeros((0, 4))
         return Triangles(np.zeros((0, 3, 3)), nothing, nothing, nothing, np.zeros(1, dtype=np.int64))
-    order, starts = near_together(points[faces].mean(axis=1), BLOCK_TRIANGLES)
-    corners = np.ascontiguousarray(points[faces[order]])
-    centres = corners.mean(axis=1)
+    unordered = points[faces]
+    order, starts = near_together(unordered.sum(axis=1), BLOCK_TRIANGLES)
+    corners = unordered[order]
+    centres = corners.sum(axis=1) / 3.0
     gaps = corners - centres[:, None]
     radii = np.sqrt(np.einsum("tij,tij->ti", gaps, gaps).max(axis=1))
-    normals = np.cross(gaps[:, 1] - gaps[:, 0], gaps[:, 2] - gaps[:, 0])
+    normals = cross(gaps[:, 1] - gaps[:, 0], gaps[:, 2] - gaps[:, 0])
     normals /= np.maximum(np.sqrt(np.einsum("ij,ij->i", normals, normals)), 1e-12)[:, None]
     return Triangles(
         corners=corners,

@@ -20,7 +20,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.planning.field_subsets import distinct
-from graspbench.planning.grip_plane import fit_plane
+from graspbench.planning.grip_plane import plane_numbers
 
 _TIE = 1e-12
 """Moves that are as good as the best but for rounding do not replace it, N."""
@@ -37,10 +37,8 @@ def imbalance(points: FloatArray, normals: FloatArray, centroid: FloatArray, k: 
         k: k_pi / l, k_cm / l, k_e / a, k_a, k_r / r and k_n; SI units, shape (6,).
     """
     n_f = points.shape[0]
-    plane = fit_plane(points, centroid)
-    x, y, z = plane[0][0], plane[0][1], plane[0][2]
-    mean = plane[1]
-    offset = (centroid[0] - mean[0]) * x + (centroid[1] - mean[1]) * y + (centroid[2] - mean[2]) * z
+    x, y, z, mx, my, mz = plane_numbers(points, centroid)
+    offset = (centroid[0] - mx) * x + (centroid[1] - my) * y + (centroid[2] - mz) * z
     errors, worst, area = 0.0, 0.0, 0.0
     sum_u, sum_v, sum_w = 0.0, 0.0, 0.0
     for i in range(n_f):

@@ -8,7 +8,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.compiled import compiled, inner
-from graspbench.planning.grip_plane import fit_plane, next_angles
+from graspbench.planning.grip_plane import fit_plane, next_angles, plane_numbers
 
 
 @compiled
@@ -74,10 +74,8 @@ def _flatten(points: FloatArray, centroid: FloatArray, flat: FloatArray, centre:
 def potential(points: FloatArray, centroid: FloatArray, k: FloatArray, radius: float) -> float:
     """Return the potential of contacts of shape (n_f, 3), barrier left out, J."""
     n_f = points.shape[0]
-    plane = fit_plane(points, centroid)
-    normal, mean = plane[0], plane[1]
-    x, y, z = normal[0], normal[1], normal[2]
-    offset = (centroid[0] - mean[0]) * x + (centroid[1] - mean[1]) * y + (centroid[2] - mean[2]) * z
+    x, y, z, mx, my, mz = plane_numbers(points, centroid)
+    offset = (centroid[0] - mx) * x + (centroid[1] - my) * y + (centroid[2] - mz) * z
     value = 0.5 * n_f * k[1] * offset * offset
     # Contacts from the projected centroid: what is along the normal is taken off the products below.
     j = n_f - 1

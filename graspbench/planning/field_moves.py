@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.planning.balance import propose_balance
-from graspbench.planning.field import field, mean_radius, potential
+from graspbench.planning.field import field, potential
 from graspbench.planning.field_subsets import distinct, try_subsets
 
 
@@ -46,65 +45,6 @@ def propose_moves(
     if not thorough or width < 2:
         return False
     return bool(try_subsets(nodes_points, centroid, moves, walls, k, radius, here - least, vertices))
-
-
-@compiled
-def climb_field(
-    nodes_points: FloatArray,
-    nodes_normals: FloatArray,
-    centroid: FloatArray,
-    contour_start: IntArray,
-    contour_nodes: IntArray,
-    allowed: BoolArray,
-    k: FloatArray,
-    sigma_f: float,
-    thorough: bool,
-    balance: FloatArray,
-    path: IntArray,
-) -> int:
-    """Follow proposals from ``path[0]``, writing every configuration; return the number of moves.
-
-    With ``balance``, the coefficients of the imbalance, it is that which is lowered; else, where it is empty,
-    the potential.
-    """
-    n_f = path.shape[1]
-    radius = mean_radius(nodes_points, centroid)
-    no_force = np.zeros((n_f, 3))
-    vertices = path[0].copy()
-    for move in range(path.shape[0] - 1):
-        width = 1
-        for i in range(n_f):
-            width = max(width, 1 + contour_start[vertices[i] + 1] - contour_start[vertices[i]])
-        moves = np.full((n_f, width), -1, dtype=np.int64)
-        for i in range(n_f):
-            moves[i, 0] = vertices[i]
-            first = contour_start[vertices[i]]
-            for c in range(contour_start[vertices[i] + 1] - first):
-                if allowed[contour_nodes[first + c]]:
-                    moves[i, 1 + c] = contour_nodes[first + c]
-        no_barrier = np.zeros((n_f, width))
-        if len(balance) > 0:
-            if not propose_balance(
-                nodes_points, nodes_normals, centroid, moves, no_barrier, balance, vertices
-            ):
-                return move
-        elif not propose_moves(
-            nodes_points,
-            nodes_normals,
-            centroid,
-            moves,
-            no_barrier,
-            no_force,
-            k,
-            sigma_f,
-            radius,
-            thorough,
-            vertices,
-        ):
-            return move
-        for i in range(n_f):
-            path[move + 1, i] = vertices[i]
-    return len(path) - 1
 
 
 @inner

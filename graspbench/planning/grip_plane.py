@@ -74,39 +74,45 @@ def fit_plane(points: FloatArray, centroid: FloatArray) -> tuple[FloatArray, Flo
         Unit normal, contacts counter-clockwise about it in index order, and the contacts' mean; shape (3,)
         each.
     """
+    nx, ny, nz, mx, my, mz = plane_numbers(points, centroid)
+    return np.array([nx, ny, nz]), np.array([mx, my, mz])
+
+
+@inner
+def plane_numbers(
+    points: FloatArray, centroid: FloatArray
+) -> tuple[float, float, float, float, float, float]:
+    """Return what `fit_plane` does as six numbers: kernels that ask often need no arrays for them."""
     n_f = points.shape[0]
-    mean = np.zeros(3)
+    mx = my = mz = 0.0
     for i in range(n_f):
-        for a in range(3):
-            mean[a] += points[i, a] / n_f
+        mx, my, mz = mx + points[i, 0] / n_f, my + points[i, 1] / n_f, mz + points[i, 2] / n_f
+    ox, oy, oz = mx, my, mz
+    if n_f == 2:
+        ox, oy, oz = centroid[0], centroid[1], centroid[2]
     # The area vector: exact normal of a triangle, and the sense of rotation of any polygon.
-    area = np.zeros(3)
-    size = 0.0
+    x = y = z = size = 0.0
     for i in range(n_f if n_f > 2 else 1):
         j = (i + 1) % n_f
-        if n_f > 2:
-            ox, oy, oz = mean[0], mean[1], mean[2]
-        else:
-            ox, oy, oz = centroid[0], centroid[1], centroid[2]
         ax, ay, az = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
         bx, by, bz = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
-        area[0] += ay * bz - az * by
-        area[1] += az * bx - ax * bz
-        area[2] += ax * by - ay * bx
+        x += ay * bz - az * by
+        y += az * bx - ax * bz
+        z += ax * by - ay * bx
         size += ax * ax + ay * ay + az * az
-    length = np.sqrt(area[0] ** 2 + area[1] ** 2 + area[2] ** 2)
+    length = np.sqrt(x * x + y * y + z * z)
     if n_f > 3:
-        normal = _least_scattered_direction(points, mean)
-        if normal[0] * area[0] + normal[1] * area[1] + normal[2] * area[2] < 0.0:
-            for a in range(3):
-                normal[a] = -normal[a]
+        direction = _least_scattered_direction(points, mx, my, mz)
+        sense = 1.0 if direction[0] * x + direction[1] * y + direction[2] * z >= 0.0 else -1.0
+        x, y, z = sense * direction[0], sense * direction[1], sense * direction[2]
     elif length > 1e-9 * size:
-        normal = area / length
+        x, y, z = x / length, y / length, z / length
     else:
-        normal = _perpendicular(
+        direction = _perpendicular(
             points[1, 0] - points[0, 0], points[1, 1] - points[0, 1], points[1, 2] - points[0, 2]
         )
-    return normal, mean
+        x, y, z = direction[0], direction[1], direction[2]
+    return x, y, z, mx, my, mz
 
 
 @compiled
@@ -152,13 +158,18 @@ def _perpendicular(x: float, y: float, z: float) -> FloatArray:
 
 
 @inner
-def _least_scattered_direction(points: FloatArray, mean: FloatArray) -> FloatArray:
+def _least_scattered_direction(points: FloatArray, mx: float, my: float, mz: float) -> FloatArray:
     """Return the direction of least scatter: smallest eigenvector of the 3 x 3 scatter (cyclic Jacobi)."""
     matrix = np.zeros((3, 3))
     for i in range(points.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                matrix[a, b] += (points[i, a] - mean[a]) * (points[i, b] - mean[b])
+        x, y, z = points[i, 0] - mx, points[i, 1] - my, points[i, 2] - mz
+        matrix[0, 0] += x * x
+        matrix[0, 1] += x * y
+        matrix[0, 2] += x * z
+        matrix[1, 1] += y * y
+        matrix[1, 2] += y * z
+        matrix[2, 2] += z * z
+    matrix[1, 0], matrix[2, 0], matrix[2, 1] = matrix[0, 1], matrix[0, 2], matrix[1, 2]
     vectors = np.eye(3)
     for _ in range(12):
         off = matrix[0, 1] ** 2 + matrix[0, 2] ** 2 + matrix[1, 2] ** 2

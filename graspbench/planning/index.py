@@ -9,7 +9,7 @@ beyond that stands in `CentringIndex` and `ClimbingIndex`.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -74,25 +74,49 @@ class CentringIndex(Index, Protocol):
     """Which of its parameters is the gain of that pull; 0 switches it off."""
 
 
+class Climbs(NamedTuple):
+    """The ways of some grasps to their local optima, one after the other.
+
+    Attributes:
+        paths: All configurations, shape (n, n_f).
+        first: Row of each way's first configuration, and n at the end, shape (m + 1,).
+    """
+
+    paths: IntArray
+    first: IntArray
+
+    @property
+    def ends(self) -> IntArray:
+        """Where the ways end, shape (m, n_f)."""
+        ends: IntArray = self.paths[self.first[1:] - 1]
+        return ends
+
+    def path(self, rank: int) -> IntArray:
+        """Return the configurations of one way, shape (moves + 1, n_f)."""
+        path: IntArray = self.paths[self.first[rank] : self.first[rank + 1]]
+        return path
+
+
 @runtime_checkable
 class ClimbingIndex(Index, Protocol):
-    """An index that climbs by itself where no hand holds the fingers back, faster than move by move."""
+    """An index that moves many grasps at once where no hand holds the fingers back; much faster."""
 
-    def climb(
-        self, surface: "Surface", vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
-    ) -> IntArray:
-        """Follow its own proposals to a local optimum.
+    def climb_all(
+        self, surface: "Surface", starts: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
+    ) -> Climbs:
+        """Follow its own proposals from every start to a local optimum.
 
         Args:
             surface: Any snapshot.
-            vertices: Where to start, shape (n_f,).
+            starts: Where to start, shape (m, n_f).
             allowed: Nodes that contacts may move to, shape (n_s,).
             thorough: Whether to look as closely as on a surface at rest.
-            max_moves: Moves after which to stop.
-
-        Returns:
-            The configurations on the way, first to last, shape (moves + 1, n_f).
+            max_moves: Moves after which a climb stops.
         """
+        ...
+
+    def scores(self, surface: "Surface", grasps: IntArray) -> FloatArray:
+        """Return the score of many grasps, shape (m,), from vertices of shape (m, n_f)."""
         ...
 
 

@@ -37,7 +37,7 @@ def principal_axes(surface: Surface) -> FloatArray:
     a, b, c = (surface.points[faces[:, k]] - surface.centroid for k in range(3))
     volume = np.einsum("ij,ij->i", a, cross(b, c))
     total = a + b + c
-    second = sum((np.einsum("i,ij,ik->jk", volume, x, x) for x in (a, b, c, total)), np.zeros((3, 3)))
+    second = sum((x.T @ (volume[:, None] * x) for x in (a, b, c, total)), np.zeros((3, 3)))
     _, vectors = np.linalg.eigh(second)
     axes: FloatArray = vectors[:, ::-1].copy()
     # Fixed signs, so that the same surface always gives the same axes.
@@ -63,7 +63,12 @@ def initial_planes(axes: FloatArray) -> FloatArray:
 
 
 def equilateral_vertices(
-    surface: Surface, normal: FloatArray, reference: FloatArray, n_f: int, rotations_rad: FloatArray
+    surface: Surface,
+    normal: FloatArray,
+    reference: FloatArray,
+    n_f: int,
+    rotations_rad: FloatArray,
+    directions: FloatArray | None = None,
 ) -> IntArray:
     """Return the nodes nearest to equilateral stars of rays in a plane through the centroid.
 
@@ -73,6 +78,7 @@ def equilateral_vertices(
         reference: The first ray, before it is turned, lies along this in the plane, shape (3,).
         n_f: Number of contacts.
         rotations_rad: Turns of the star, counter-clockwise about the normal, shape (r,).
+        directions: See `directions_from_centroid`; where many stars are asked for they are the same.
 
     Returns:
         Shape (r, n_f).
@@ -82,10 +88,16 @@ def equilateral_vertices(
     second = cross(normal, first)
     angles = np.asarray(rotations_rad)[:, None] + 2.0 * np.pi * np.arange(n_f) / n_f
     rays = np.cos(angles)[..., None] * first + np.sin(angles)[..., None] * second
-    arms = surface.points - surface.centroid
-    arms = arms / np.sqrt(np.einsum("ij,ij->i", arms, arms))[:, None]
+    arms = directions_from_centroid(surface) if directions is None else directions
     vertices: IntArray = np.argmax(rays @ arms.T, axis=-1).astype(np.int64)
     return vertices
+
+
+def directions_from_centroid(surface: Surface) -> FloatArray:
+    """Return unit vectors from the centroid to the nodes, shape (n_s, 3)."""
+    arms = surface.points - surface.centroid
+    unit: FloatArray = arms / np.sqrt(np.einsum("ij,ij->i", arms, arms))[:, None]
+    return unit
 
 
 def initial_grasps(surface: Surface, n_f: int, rotations: int) -> Iterator[tuple[InitialGrasp, ...]]:
@@ -101,9 +113,10 @@ def initial_grasps(surface: Surface, n_f: int, rotations: int) -> Iterator[tuple
     """
     axes = principal_axes(surface)
     turns = 2.0 * np.pi / n_f * np.arange(rotations) / rotations
+    directions = directions_from_centroid(surface)
     for plane, normal in enumerate(initial_planes(axes)):
         reference = axes[:, 2] if abs(axes[:, 2] @ normal) < 0.9 else axes[:, 0]
-        found = equilateral_vertices(surface, normal, reference, n_f, turns)
+        found = equilateral_vertices(surface, normal, reference, n_f, turns, directions)
         yield tuple(
             InitialGrasp(vertices, normal, plane, float(turn))
             for vertices, turn in zip(found, turns, strict=True)

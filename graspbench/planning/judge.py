@@ -8,11 +8,12 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, IntArray
 from graspbench.errors import PlanningError
-from graspbench.grasp.closure import CLOSURE_TOLERANCE
+from graspbench.grasp.closure import CLOSURE_TOLERANCE, force_closure
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import GraspQuality, QualityParameters
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import FreeMoves, KinematicBarrier
+from graspbench.planning.climbing import scores
 from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
@@ -94,33 +95,47 @@ class Judge:
             return np.ones(len(surface.points), dtype=np.bool_)
         return self.checker.vertex_mask(surface.points, surface.normals)
 
-    def spans(self, surface: Surface, vertices: IntArray) -> bool:
-        """Tell whether no two contacts are farther apart than the hand reaches."""
-        if self.checker is None:
-            return True
-        points = surface.points[vertices]
-        gaps = np.linalg.norm(points[:, None] - points[None, :], axis=2)
-        return bool(gaps.max() <= self.checker.pair_limit_m)
+    def spans(self, surface: Surface, grasps: IntArray) -> BoolArray:
+        """Tell of which grasps no two contacts are farther apart than the hand reaches, shape (m,).
 
-    def holds(self, surface: Surface, vertices: IntArray) -> bool:
-        """Tell whether the hand has a posture for these contacts."""
+        Args:
+            surface: The surface now.
+            grasps: Vertices, shape (m, n_f).
+        """
         if self.checker is None:
-            return True
-        return self.checker.place(surface.points[vertices], surface.normals[vertices]) is not None
+            return np.ones(len(grasps), dtype=np.bool_)
+        points = surface.points[grasps]
+        gaps = points[:, :, None] - points[:, None]
+        widest = np.einsum("mijk,mijk->mij", gaps, gaps).max(axis=(1, 2), initial=0.0)
+        return np.asarray(np.sqrt(widest) <= self.checker.pair_limit_m)
 
-    def ranked(self, surface: Surface, optima: list[IntArray]) -> Iterator[tuple[int, float]]:
+    def held(self, surface: Surface, vertices: IntArray) -> tuple[bool, HandPosture | None]:
+        """Tell whether the hand has a posture for these contacts, and which; without a hand there is none."""
+        if self.checker is None:
+            return True, None
+        posture = self.checker.place(surface.points[vertices], surface.normals[vertices])
+        return posture is not None, posture
+
+    def closed(self, surface: Surface, vertices: IntArray) -> bool:
+        """Tell whether a grasp is force closure; note it where it is not."""
+        points, normals = surface.points[vertices], -surface.normals[vertices]
+        length_m = self._torque_length(surface)
+        closed = bool(force_closure(points, normals, surface.centroid, self._quality, length_m))
+        self.rejected[NOT_CLOSED] += not closed
+        return closed
+
+    def ranked(self, surface: Surface, optima: IntArray) -> Iterator[tuple[int, float]]:
         """Yield local optima and their merit, the best first; by quality, only those that are closed.
 
         Args:
             surface: The surface at rest.
-            optima: Vertices, shape (n_f,) each.
+            optima: Vertices, shape (m, n_f).
         """
         if self.planner.select != "quality":
-            scores = [self.index.score(surface, vertices) for vertices in optima]
-            order = np.argsort([-score for score in scores], kind="stable")
-            yield from ((int(rank), scores[rank]) for rank in order)
+            values = scores(self.index, surface, optima)
+            yield from ((int(rank), float(values[rank])) for rank in np.argsort(-values, kind="stable"))
             return
-        for rank, merit in best_first(surface, optima, self._quality, self._torque_length(surface)):
+        for rank, merit in best_first(surface, list(optima), self._quality, self._torque_length(surface)):
             if merit > 0.0:
                 yield rank, merit
             else:
@@ -128,10 +143,25 @@ class Judge:
                 self.rejected[NOT_CLOSED] += 1
 
     def settle(
-        self, follower: Follower, initial: InitialGrasp, surface: Surface, found: list[Candidate]
+        self,
+        follower: Follower,
+        initial: InitialGrasp,
+        surface: Surface,
+        found: list[Candidate],
+        *,
+        placed: bool = False,
     ) -> None:
-        """Let the index move a grasp on as the hand allows; keep what is a grasp then."""
-        self.judge(follower, initial, surface, settle(follower, surface, self.settler), found)
+        """Let the index move a grasp on as the hand allows; keep what is a grasp then.
+
+        Args:
+            follower: The grasp.
+            initial: The first grasp it began with.
+            surface: The surface at rest.
+            found: What is a grasp is added.
+            placed: Whether the follower's posture holds it already.
+        """
+        feasible = settle(follower, surface, self.settler, placed=placed)
+        self.judge(follower, initial, surface, feasible, found)
 
     def judge(
         self,
@@ -158,9 +188,10 @@ class Judge:
         merit = merit_of(quality) if self.planner.select == "quality" else score
         found.append(Candidate(follower, initial, quality, score, merit))
 
-    def quality_on(self, surface: Surface, vertices: IntArray) -> GraspQuality:
-        """Return Q1, Q2 and Q3 of contacts on a surface, vertices of shape (n_f,)."""
-        return quality_of(surface, vertices, self._quality, self._torque_length(surface))
+    def qualities_on(self, surface: Surface, grasps: IntArray) -> list[GraspQuality]:
+        """Return Q1, Q2 and Q3 of many grasps on a surface, vertices of shape (m, n_f)."""
+        measured = quality_of(surface, grasps, self._quality, self._torque_length(surface))
+        return [GraspQuality(*values) for values in np.column_stack(measured).tolist()]
 
     def failure(self, n_f: int) -> PlanningError:
         """Return an error that says why nothing is a grasp."""

@@ -245,12 +245,10 @@ def _followed(follower: Follower, last: Surface) -> tuple[float, float]:
 def _step_qualities(steps: list[PlanningStep], last: Surface, judge: Judge) -> tuple[StepQuality, ...]:
     if not steps:
         return ()
+    grasps = np.stack([carry_over(step.vertices, step.surface, last) for step in steps])
+    different, which = np.unique(grasps, axis=0, return_inverse=True)
+    qualities = judge.qualities_on(last, different)
     return tuple(
-        StepQuality(
-            float(formed),
-            step.followers,
-            step.score,
-            judge.quality_on(last, carry_over(step.vertices, step.surface, last)),
-        )
-        for formed, step in zip(formed_shares(steps), steps, strict=True)
+        StepQuality(float(formed), step.followers, step.score, qualities[rank])
+        for formed, step, rank in zip(formed_shares(steps), steps, which.ravel().tolist(), strict=True)
     )

@@ -24,7 +24,7 @@ def merit_of(quality: GraspQuality) -> float:
 def quality_of(
     surface: Surface, vertices: IntArray, quality: QualityParameters, torque_length_m: float
 ) -> GraspQuality:
-    """Return Q1, Q2 and Q3 of a grasp on a surface, vertices of shape (n_f,)."""
+    """Return Q1, Q2 and Q3 of a grasp on a surface, vertices of shape (n_f,), or of many, (m, n_f)."""
     return grasp_quality(
         surface.points[vertices],
         -surface.normals[vertices],

@@ -6,17 +6,20 @@ the surface tightens the worse ones are given up, so that there is a best grasp 
 surface is at rest, what has followed is polished, and the hand takes the best one that it can hold.
 """
 
+from itertools import islice
+
 import numpy as np
 
 from graspbench.arrays import BoolArray, IntArray
 from graspbench.errors import PlanningError
-from graspbench.planning.index import ClimbingIndex
+from graspbench.hand.posture import HandPosture
+from graspbench.planning.climbing import all_different, climb_all, climbs_by_itself, moved_to_allowed, scores
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.progress import PlanningStep, step_of
-from graspbench.planning.screen import climb_freely, nearest_allowed
-from graspbench.planning.settling import Follower, arrive
-from graspbench.reconstruction.carrying import mean_distance
+from graspbench.planning.settling import Follower
+from graspbench.planning.trails import Trails
+from graspbench.reconstruction.carrying import carry_over, mean_distance
 from graspbench.reconstruction.surface import Surface
 
 MAX_TRIES = 60
@@ -30,7 +33,7 @@ _TIGHT = 0.02
 
 
 class Population:
-    """The grasps under way.
+    """The grasps under way, each with a number as its name.
 
     Args:
         judge: Index and hand.
@@ -39,46 +42,45 @@ class Population:
 
     def __init__(self, judge: Judge, n_f: int) -> None:
         self._judge, self._n_f = judge, n_f
-        self._members: list[tuple[InitialGrasp, Follower]] = []
+        self._starts: list[InitialGrasp] = []
+        self._names = np.empty(0, dtype=np.int64)  # of those still under way, the best first
+        self._grasps = np.empty((0, n_f), dtype=np.int64)  # where they are
+        self._followed = np.empty((0, n_f), dtype=np.int64)  # by name: where it was before the last surface
+        self._rough = np.empty((0, n_f), dtype=np.int64)  # by name: where it was before it was polished
+        self._trails = Trails()
         self._before: Surface | None = None
         self._surface: Surface | None = None
-        self._given_up: list[Follower] = []
-        self._started = 0
         self.steps: list[PlanningStep] = []
 
     @property
     def moves(self) -> int:
         """Moves of all grasps that the judge does not count, those given up included."""
-        return sum(follower.moves for follower in self._not_judged())
+        return self._trails.moves
 
     @property
     def evaluations(self) -> int:
         """Proposals asked from the index for these."""
-        return sum(follower.evaluations for follower in self._not_judged())
+        return self._trails.evaluations
 
     def follow(self, surface: Surface) -> None:
         """Move all grasps on the next surface; leave out those that met another or fell behind."""
         if self._surface is None:
             self._start(surface)
+        else:
+            self._arrive(self._surface, surface)
         self._before, self._surface = self._surface, surface
         self._judge.see(surface)
         allowed = self._judge.allowed(surface)
-        nearest = nearest_allowed(surface, allowed)
-        met: dict[tuple[int, ...], tuple[InitialGrasp, Follower]] = {}
-        for initial, follower in self._members:
-            arrive(follower, surface)
-            follower.followed = follower.vertices
-            vertices = nearest[follower.vertices]
-            if len(set(vertices.tolist())) == len(vertices):
-                self._climb(follower, surface, vertices, allowed, thorough=False)
-                if surface.at_rest:
-                    follower.rough = follower.vertices
-                    self._climb(follower, surface, follower.vertices, allowed, thorough=True)
-                key = tuple(sorted(follower.vertices.tolist()))
-                if met.setdefault(key, (initial, follower))[1] is follower:
-                    continue
-            self._given_up.append(follower)
-        self._members = list(met.values())
+        self._followed[self._names] = self._grasps
+        self._grasps = moved_to_allowed(surface, self._grasps, allowed)
+        self._keep(np.flatnonzero(all_different(self._grasps)))
+        self._climb(surface, allowed, thorough=False)
+        if surface.at_rest:
+            self._rough[self._names] = self._grasps
+            self._climb(surface, allowed, thorough=True)
+        contacts = [tuple(grasp) for grasp in np.sort(self._grasps, axis=1).tolist()]
+        first_of = {key: rank for rank, key in reversed(list(enumerate(contacts)))}
+        self._keep(np.array(sorted(first_of.values()), dtype=np.int64))
         self._rank(surface)
 
     def choose(self) -> Candidate | None:
@@ -86,85 +88,83 @@ class Population:
         surface, judge = self._surface, self._judge
         assert surface is not None
         found: list[Candidate] = []
-        optima = [follower.vertices for _, follower in self._members]
-        order = list(judge.ranked(surface, optima))
+        spanned = judge.spans(surface, self._grasps)
+        order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
             if found and max(candidate.merit for candidate in found) >= promise:
                 break  # what is left promises less than what the hand can hold already
             if len(found) == judge.planner.candidates:
                 break
-            initial, follower = self._members[rank]
-            if judge.spans(surface, follower.vertices) and judge.holds(surface, follower.vertices):
-                judge.settle(follower, initial, surface, found)
+            if not spanned[rank] or not judge.closed(surface, self._grasps[rank]):
+                continue
+            held, posture = judge.held(surface, self._grasps[rank])
+            if held:
+                name = int(self._names[rank])
+                follower = self._follower(name, self._grasps[rank], posture)
+                judge.settle(follower, self._starts[name], surface, found, placed=True)
         if not found:
             self._settle_anyhow(surface, [rank for rank, _ in order], found)
-        judge.tried = self._started
+        judge.tried = len(self._starts)
         return max(found, key=lambda candidate: candidate.merit) if found else None
 
     def _settle_anyhow(self, surface: Surface, order: list[int], found: list[Candidate]) -> None:
         """Let the hand lead grasps that it cannot hold as they are to some that it can."""
         for tries, rank in enumerate(order):
-            initial, follower = self._members[rank]
-            for vertices in (follower.vertices, follower.rough):
-                if found or tries > MAX_TRIES or vertices is None:
-                    break
-                again = Follower(vertices, via=list(follower.via), followed=follower.followed)
-                self._judge.settle(again, initial, surface, found)
+            name = int(self._names[rank])
+            for vertices in (self._grasps[rank], self._rough[name]):
+                if found or tries > MAX_TRIES:
+                    return
+                follower = self._follower(name, vertices, None)
+                self._judge.settle(follower, self._starts[name], surface, found)
+
+    def _follower(self, name: int, vertices: IntArray, posture: HandPosture | None) -> Follower:
+        return Follower(vertices, posture, via=self._trails.of(name), followed=self._followed[name])
 
     def _start(self, surface: Surface) -> None:
         planner = self._judge.planner
-        slow = not isinstance(self._judge.index, ClimbingIndex)
+        slow = not climbs_by_itself(self._judge.index)
         rotations, planes = (
             (1, min(SLOW_STARTS, planner.planes)) if slow else (planner.rotations, planner.planes)
         )
-        for count, plane in enumerate(initial_grasps(surface, self._n_f, rotations)):
-            if count < planes:
-                for initial in plane:
-                    via = [(surface, initial.vertices)]
-                    self._members.append((initial, Follower(initial.vertices, via=via)))
-        self._started = len(self._members)
-        if not self._members:
+        of_planes = islice(initial_grasps(surface, self._n_f, rotations), planes)
+        self._starts = [initial for plane in of_planes for initial in plane]
+        if not self._starts:
             raise PlanningError(
                 f"the surface has too few nodes for {self._n_f} contacts", remedy="raise surface.nodes"
             )
+        self._names = np.arange(len(self._starts))
+        self._grasps = np.stack([initial.vertices for initial in self._starts])
+        self._followed, self._rough = self._grasps.copy(), self._grasps.copy()
+        self._trails.stand(surface, self._names, self._grasps)
 
-    def _climb(
-        self,
-        follower: Follower,
-        surface: Surface,
-        vertices: IntArray,
-        allowed: BoolArray,
-        *,
-        thorough: bool,
-    ) -> None:
-        path = climb_freely(
-            self._judge.index,
-            surface,
-            vertices,
-            allowed,
-            thorough=thorough,
-            max_moves=self._judge.planner.max_moves,
-        )
-        follower.via.extend((surface, step) for step in path)
-        follower.vertices = path[-1]
-        follower.moves += len(path) - 1
-        follower.evaluations += len(path)
+    def _arrive(self, before: Surface, surface: Surface) -> None:
+        """Bring all grasps onto a surface; they go to other nodes only where the network is another."""
+        if before.network is not surface.network and len(self._names):
+            self._grasps = np.stack([carry_over(grasp, before, surface) for grasp in self._grasps])
+            self._trails.stand(surface, self._names, self._grasps)
+
+    def _climb(self, surface: Surface, allowed: BoolArray, *, thorough: bool) -> None:
+        index, max_moves = self._judge.index, self._judge.planner.max_moves
+        climbs = climb_all(index, surface, self._grasps, allowed, thorough=thorough, max_moves=max_moves)
+        self._trails.climb(surface, self._names, climbs)
+        self._grasps = climbs.ends
+
+    def _keep(self, ranks: IntArray) -> None:
+        self._names, self._grasps = self._names[ranks], self._grasps[ranks]
 
     def _rank(self, surface: Surface) -> None:
         """Put the best first, what the hand spans before what it does not; give up those behind."""
-        scores = [self._judge.index.score(surface, follower.vertices) for _, follower in self._members]
-        wide = [not self._judge.spans(surface, follower.vertices) for _, follower in self._members]
-        order = sorted(range(len(scores)), key=lambda i: (wide[i], -scores[i]))
-        kept = self._places(surface)
-        self._given_up += [self._members[i][1] for i in order[kept:]]
-        self._members = [self._members[i] for i in order[:kept]]
-        if order:
-            best = self._members[0][1].vertices
-            self.steps.append(step_of(surface, best, scores[order[0]], len(self._members)))
+        if not len(self._names):
+            return
+        best = scores(self._judge.index, surface, self._grasps)
+        order = np.lexsort((-best, ~self._judge.spans(surface, self._grasps)))
+        self._keep(order[: self._places(surface)])
+        step = step_of(surface, self._grasps[0], float(best[order[0]]), len(self._names))
+        self.steps.append(step)
 
     def _places(self, surface: Surface) -> int:
         """Return how many grasps go on: half of those too many for each surface that hardly moves."""
-        alive, most = len(self._members), self._judge.planner.followers
+        alive, most = len(self._names), self._judge.planner.followers
         if alive <= most or self._before is None:
             return alive
         moved = mean_distance(self._before, surface)
@@ -172,8 +172,3 @@ class Population:
         if surface.at_rest:
             return most
         return most + (alive - most) // 2 if moved < _TIGHT * size else alive
-
-    def _not_judged(self) -> list[Follower]:
-        judged = {id(follower) for follower in self._judge.followers}
-        everyone = [*self._given_up, *(follower for _, follower in self._members)]
-        return [follower for follower in everyone if id(follower) not in judged]

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
+
 from graspbench.planning.initial import InitialGrasp, initial_grasps
 from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.screen import polish, screen
@@ -53,7 +55,8 @@ def _try_best_first(
     before_all, tried_before = len(judge.followers), judge.tried
     enough = len(found) + planner.candidates
     seen: set[tuple[int, ...]] = set()
-    for rank, promise in judge.ranked(surface, [optimum.vertices for optimum in optima]):
+    ends = np.array([optimum.vertices for optimum in optima], dtype=np.int64)
+    for rank, promise in judge.ranked(surface, ends.reshape(len(optima), len(starts[0].vertices))):
         if found and max(candidate.merit for candidate in found) >= promise:
             break  # what is left promises less than what the hand can hold already
         most = MAX_TRIES_ONCE_FOUND if found else MAX_TRIES

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, IntArray
-from graspbench.planning.index import ClimbingIndex, Index, Moves, free_moves
+from graspbench.planning.climbing import all_different, climb_all, moved_to_allowed, scores
+from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
 from graspbench.reconstruction.surface import Surface
 
@@ -53,13 +53,11 @@ def screen(
         The local optima, all different, best score first; equal scores in the order of ``starts``.
     """
     reached: dict[tuple[int, ...], LocalOptimum] = {}
-    nearest = nearest_allowed(surface, allowed)
-    for initial in starts:
-        first = nearest[initial.vertices]
-        if len(set(first.tolist())) < len(first):
-            continue
-        path = climb_freely(index, surface, first, allowed, thorough=False, max_moves=max_moves)
-        optimum = LocalOptimum(initial, path, index.score(surface, path[-1]))
+    firsts = moved_to_allowed(surface, np.stack([start.vertices for start in starts]), allowed)
+    whole = all_different(firsts)
+    climbs = climb_all(index, surface, firsts[whole], allowed, thorough=False, max_moves=max_moves)
+    for rank, score in enumerate(scores(index, surface, climbs.ends)):
+        optimum = LocalOptimum(starts[np.flatnonzero(whole)[rank]], climbs.path(rank), float(score))
         reached.setdefault(optimum.contacts, optimum)
     return sorted(reached.values(), key=lambda optimum: -optimum.score)
 
@@ -68,46 +66,6 @@ def polish(
     index: Index, surface: Surface, optimum: LocalOptimum, allowed: BoolArray, max_moves: int
 ) -> LocalOptimum:
     """Climb on with several contacts at a time; arguments as those of ``screen``."""
-    further = climb_freely(index, surface, optimum.vertices, allowed, thorough=True, max_moves=max_moves)
-    path = np.vstack((optimum.path, further[1:]))
+    further = climb_all(index, surface, optimum.path[-1:], allowed, thorough=True, max_moves=max_moves)
+    path = np.vstack((optimum.path, further.paths[1:]))
     return LocalOptimum(optimum.initial, path, index.score(surface, path[-1]))
-
-
-def nearest_allowed(surface: Surface, allowed: BoolArray) -> IntArray:
-    """Return for every node the nearest allowed one, itself if it is, shape (n_s,)."""
-    nearest = np.arange(len(allowed))
-    if allowed.any() and not allowed.all():
-        _, found = cKDTree(surface.points[allowed]).query(surface.points[~allowed])
-        nearest[~allowed] = np.flatnonzero(allowed)[found]
-    return nearest
-
-
-def climb_freely(
-    index: Index, surface: Surface, vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
-) -> IntArray:
-    """Climb by the index's own compiled climb if it has one, else proposal by proposal.
-
-    Args:
-        index: What to climb.
-        surface: Any snapshot.
-        vertices: Where to start, shape (n_f,).
-        allowed: Nodes that contacts may move to, shape (n_s,).
-        thorough: Whether to look as closely as on a surface at rest.
-        max_moves: Moves after which the climb is given up.
-
-    Returns:
-        The configurations on the way, first to last, shape (moves + 1, n_f).
-    """
-    if isinstance(index, ClimbingIndex):
-        return index.climb(surface, vertices, allowed, thorough=thorough, max_moves=max_moves)
-    steps, visited = [vertices], {tuple(vertices.tolist())}
-    for _ in range(max_moves):
-        moves = free_moves(surface, steps[-1])
-        nodes = np.where(allowed[moves.nodes] & (moves.nodes >= 0), moves.nodes, -1)
-        nodes[:, 0] = steps[-1]
-        proposed = index.propose(surface, steps[-1], Moves(nodes, moves.barrier, moves.barrier_force))
-        if proposed is None or tuple(proposed.tolist()) in visited:
-            break
-        visited.add(tuple(proposed.tolist()))
-        steps.append(proposed)
-    return np.array(steps)

@@ -67,7 +67,7 @@ def arrive(follower: Follower, surface: Surface) -> None:
         follower.via.append((surface, follower.vertices))
 
 
-def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:
+def settle(follower: Follower, surface: Surface, settler: Settler, *, placed: bool = False) -> bool:
     """Move a grasp on one surface until the index finds no better move that the hand can follow.
 
     The wrist follows every few moves; in between, the barrier tells what the fingers reach with the palm
@@ -78,13 +78,14 @@ def settle(follower: Follower, surface: Surface, settler: Settler) -> bool:
         follower: Changed in place.
         surface: The surface now.
         settler: Index and hand.
+        placed: Whether the follower's posture holds it on this surface already.
 
     Returns:
         Whether the grasp now is feasible for the hand (always True without a hand).
     """
     arrive(follower, surface)
     walk = _Walk(follower, surface, settler)
-    walk.run()
+    walk.run(placed=placed)
     return settler.placer is None or follower.posture is not None
 
 
@@ -102,10 +103,11 @@ class _Walk:
         self.placed_at = 0
         self.refused = 0
 
-    def run(self) -> None:
+    def run(self, *, placed: bool) -> None:
         follower, settler = self.follower, self.settler
         follower.via.append((self.surface, follower.vertices))
-        follower.posture = self._place(follower.vertices)
+        if not placed:
+            follower.posture = self._place(follower.vertices)
         for _ in range(settler.max_moves):
             if self.refused >= MAX_REFUSED:
                 break

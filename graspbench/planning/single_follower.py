@@ -80,7 +80,7 @@ class SingleFollower:
             for grasp in plane:
                 if tries == MAX_FIRST_TRIES or not np.all(allowed[grasp.vertices]):
                     continue
-                if self._judge.holds(surface, grasp.vertices):
+                if self._judge.held(surface, grasp.vertices)[0]:
                     return self._lead_with(grasp)
                 tries += 1
         options = [grasp for plane in self._seen for grasp in plane]

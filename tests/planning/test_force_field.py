@@ -251,7 +251,7 @@ def test_compiled_climb_takes_the_same_way_as_proposals(rest):
     index = ForceField(ForceFieldParameters(rest=rest), 3)
     start = near(surface, [[1, 0, 0.4], [-0.5, 0.866, 0.4], [-0.5, -0.866, 0.4]])
     everywhere = np.ones(len(surface.points), dtype=np.bool_)
-    path = index.climb(surface, start, everywhere, thorough=True, max_moves=300)
+    path = index.climb_all(surface, start[None], everywhere, thorough=True, max_moves=300).path(0)
     vertices = start
     for expected in path[1:]:
         vertices = index.propose(surface, vertices, free_moves(surface, vertices))
@@ -259,12 +259,39 @@ def test_compiled_climb_takes_the_same_way_as_proposals(rest):
     assert index.propose(surface, vertices, free_moves(surface, vertices)) is None
 
 
+@pytest.mark.parametrize("rest", ["balance", "potential", "single"])
+@pytest.mark.parametrize("max_moves", [3, 300])
+def test_many_grasps_climb_as_each_would_alone(rest, max_moves):
+    surface = radial(lopsided)
+    index = ForceField(ForceFieldParameters(rest=rest), 3)
+    everywhere = np.ones(len(surface.points), dtype=np.bool_)
+    rng = np.random.default_rng(0)
+    starts = np.array([rng.choice(len(surface.points), 3, replace=False) for _ in range(12)])
+    # A start on another one's way: the two ways are one from there on.
+    alone = [
+        index.climb_all(surface, start[None], everywhere, thorough=True, max_moves=max_moves)
+        for start in starts
+    ]
+    starts = np.vstack((starts, alone[0].paths[1], starts[3]))
+    alone += [
+        index.climb_all(surface, start[None], everywhere, thorough=True, max_moves=max_moves)
+        for start in starts[12:]
+    ]
+    together = index.climb_all(surface, starts, everywhere, thorough=True, max_moves=max_moves)
+    assert len(together.first) == len(starts) + 1
+    for rank, one in enumerate(alone):
+        np.testing.assert_array_equal(together.path(rank), one.paths)
+        np.testing.assert_array_equal(together.ends[rank], one.paths[-1])
+    scores = index.scores(surface, together.ends)
+    np.testing.assert_array_equal(scores, [index.score(surface, end) for end in together.ends])
+
+
 def test_climb_stays_on_allowed_nodes():
     surface = radial(lopsided)
     index = ForceField(ForceFieldParameters(k_cm=0.0), 3)
     allowed = surface.points[:, 2] > 0.0
     start = near(surface, [[1, 0, 0.4], [-0.5, 0.866, 0.4], [-0.5, -0.866, 0.4]])
-    path = index.climb(surface, start, allowed, thorough=True, max_moves=300)
+    path = index.climb_all(surface, start[None], allowed, thorough=True, max_moves=300).path(0)
     assert len(path) > 1
     assert allowed[path].all()
 

@@ -39,10 +39,11 @@ from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import ConfigurationError
-from graspbench.planning.balance import imbalance, propose_balance
+from graspbench.planning.balance import propose_balance
 from graspbench.planning.field import field, mean_radius, potential
-from graspbench.planning.field_moves import climb_field, propose_moves
-from graspbench.planning.index import INDICES, Moves
+from graspbench.planning.field_climb import climb_field, field_values
+from graspbench.planning.field_moves import propose_moves
+from graspbench.planning.index import INDICES, Climbs, Moves
 from graspbench.reconstruction.surface import Surface
 
 if TYPE_CHECKING:
@@ -231,25 +232,22 @@ class ForceField:
         )
         return proposed if changed else None
 
-    def climb(
-        self, surface: Surface, vertices: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
-    ) -> IntArray:
-        """Move freely over allowed nodes to a local optimum: ``propose`` again and again, compiled.
+    def climb_all(
+        self, surface: Surface, starts: IntArray, allowed: BoolArray, *, thorough: bool, max_moves: int
+    ) -> Climbs:
+        """Move many grasps freely over allowed nodes to local optima: ``propose`` again and again, compiled.
 
         Args:
             surface: The surface.
-            vertices: Where to start, shape (n_f,).
+            starts: Where to start, shape (m, n_f).
             allowed: Nodes that contacts may move to, shape (n_s,).
             thorough: Whether to move as on a surface at rest.
-            max_moves: Moves after which to stop.
-
-        Returns:
-            The configurations on the way, first to last, shape (moves + 1, n_f).
+            max_moves: Moves after which a climb stops.
         """
-        path = np.empty((max_moves + 1, len(vertices)), dtype=np.int64)
-        path[0] = vertices
-        network = surface.network
-        moves = climb_field(
+        paths = np.empty((len(starts) * (max_moves + 1), starts.shape[1]), dtype=np.int64)
+        first = np.empty(len(starts) + 1, dtype=np.int64)
+        rest, network = self._parameters.rest, surface.network
+        climb_field(
             surface.points,
             surface.normals,
             surface.centroid,
@@ -258,22 +256,31 @@ class ForceField:
             allowed,
             self._coefficients,
             self._parameters.sigma_f,
-            thorough and self._parameters.rest == "potential",
-            self._balance(surface) if thorough and self._parameters.rest == "balance" else _NO_BALANCE,
-            path,
+            thorough and rest == "potential",
+            self._balance(surface) if thorough and rest == "balance" else _NO_BALANCE,
+            np.ascontiguousarray(starts, dtype=np.int64),
+            paths,
+            first,
         )
-        return path[: moves + 1]
+        return Climbs(paths[: first[-1]].copy(), first)
 
     def score(self, surface: Surface, vertices: IntArray) -> float:
         """Return minus the imbalance, N; minus the potential, J, if that is what moves a grasp at rest."""
-        if self._parameters.rest == "balance":
-            left: float = imbalance(
-                surface.points[vertices], surface.normals[vertices], surface.centroid, self._balance(surface)
-            )
-            return -left
-        return -field_potential(
-            surface.points[vertices], surface.centroid, self._mean_radius(surface), self._parameters
+        return float(self.scores(surface, vertices[None])[0])
+
+    def scores(self, surface: Surface, grasps: IntArray) -> FloatArray:
+        """Return the score of many grasps, shape (m,), from vertices of shape (m, n_f)."""
+        values = np.empty(len(grasps))
+        field_values(
+            surface.points,
+            surface.normals,
+            surface.centroid,
+            self._coefficients,
+            self._balance(surface) if self._parameters.rest == "balance" else _NO_BALANCE,
+            np.ascontiguousarray(grasps, dtype=np.int64),
+            values,
         )
+        return -values
 
     def _balance(self, surface: Surface) -> FloatArray:
         p = self._parameters
