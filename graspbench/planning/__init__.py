@@ -12,9 +12,11 @@ from graspbench.planning.parameters import (
     PathParameters,
     PlannerParameters,
     RefineParameters,
+    RobustParameters,
 )
 
 if TYPE_CHECKING:
+    from graspbench.planning.approach import clear_approach
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
@@ -36,9 +38,11 @@ __all__ = [
     "PlannerParameters",
     "RefineParameters",
     "RefinedGrasp",
+    "RobustParameters",
     "SearchParameters",
     "centre_gain",
     "centre_option",
+    "clear_approach",
     "fingertip_paths",
     "grip_geometry",
     "make_index",
@@ -57,6 +61,7 @@ _HOMES = {
     "LocalPlan": "local",
     "RefinedGrasp": "refinement",
     "SearchParameters": "global_search",
+    "clear_approach": "approach",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
     "plan_global": "global_search",

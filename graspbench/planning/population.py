@@ -89,9 +89,9 @@ class Population:
         optima = [follower.vertices for _, follower in self._members]
         order = list(judge.ranked(surface, optima))
         for rank, promise in order:
-            if found and max(candidate.merit for candidate in found) >= promise:
+            if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
                 break  # what is left promises less than what the hand can hold already
-            if len(found) == judge.planner.candidates:
+            if len(found) == judge.wanted:
                 break
             initial, follower = self._members[rank]
             if judge.spans(surface, follower.vertices) and judge.holds(surface, follower.vertices):

@@ -13,6 +13,8 @@ from graspbench.simulation.stage import Stage
 _RENEW_S = 0.02
 # Times what the weight needs: only objects lighter than that are gripped less than they are told.
 _AMPLE = 4.0
+# Of the friction that a poor grip leaves for the weight, at least so much is counted on.
+_LEFT = 0.2
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -39,7 +41,6 @@ class ForceControl:
         p, body = stage.parameters, stage.world.object_model
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
-        carrying = self._weight_n / (stage.friction.coulomb * len(fingers))
         self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
@@ -51,9 +52,20 @@ class ForceControl:
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._sharing = np.zeros((len(fingers), 3, 3))
-        needed = p.grip_safety * carrying
+        needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
         self.mean_force_n = float(max(needed, min(p.grip_force_n, steady)))
+
+    def _carrying_force_n(self) -> float:
+        """Return the mean normal force that carries the weight, whichever way the hand is turned.
+
+        Where the contacts' normals oppose each other poorly, the grip itself takes up most of the friction,
+        and it takes a firmer grip to leave enough of it for the weight.
+        """
+        points, normals = self._contacts()
+        _, left = internal_forces(points, normals, self._stage.friction.coulomb, 1.0)
+        share = np.linalg.norm(_weight_sharing(points), 2, axis=(1, 2)).max()
+        return float(self._weight_n * share / (self._stage.friction.coulomb * max(left, _LEFT)))
 
     def _steady_force_n(self) -> float:
         """Return the mean normal force up to which the fingers' springs keep the grip from rolling away.
@@ -76,13 +88,16 @@ class ForceControl:
         """Distribute grip force and weight over the contacts as they are felt now."""
         # A finger that has lost touch for a moment is taken to be where it was.
         self._felt = [new or old for new, old in zip(self.touches(), self._felt, strict=True)]
-        pose = self._stage.world.object_pose()
-        rotation = pose[:3, :3]
-        points = (np.stack([touch.point for touch in self._felt]) - pose[:3, 3]) @ rotation
-        normals = np.stack([touch.normal for touch in self._felt]) @ rotation
+        points, normals = self._contacts()
         self._forces, _ = internal_forces(points, normals, self._stage.friction.coulomb, self.mean_force_n)
         self._sharing = _weight_sharing(points)
         self._age = 0
+
+    def _contacts(self) -> tuple[FloatArray, FloatArray]:
+        """Return contacts and normals into the object as last felt, in its own frame, shape (n, 3) each."""
+        pose = self._stage.world.object_pose()
+        points = np.stack([touch.point for touch in self._felt]) - pose[:3, 3]
+        return points @ pose[:3, :3], np.stack([touch.normal for touch in self._felt]) @ pose[:3, :3]
 
     def rest_here(self) -> None:
         """Let the springs relax in the present posture."""

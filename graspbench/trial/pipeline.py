@@ -16,12 +16,11 @@ from graspbench.planning import (
     LocalPlan,
     RefinedGrasp,
     centre_gain,
-    fingertip_paths,
+    clear_approach,
     make_index,
     plan_global,
     plan_restarted,
     refine,
-    track,
 )
 from graspbench.record import TrialLog
 from graspbench.results.trial_result import TrialResult
@@ -170,10 +169,7 @@ def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: Local
 
 def _plan_paths(config: TrialConfig, trial: PlannedTrial) -> tuple[tuple[FingertipPath, ...], JointPath]:
     """Plan the fingertips' way to their contacts and the hand's motion along it."""
-    planner, posture = config.planner, trial.plan.grasp.posture
-    assert posture is not None, "a plan made with a checker has a posture"
-    paths = fingertip_paths(trial.plan.history, planner.paths, planner.floating_distance_m, trial.hand)
-    return paths, track(paths, trial.hand, posture, planner.paths)
+    return clear_approach(trial.plan.history, trial.surfaces[-1], trial.hand, config.planner)
 
 
 def _execute(
