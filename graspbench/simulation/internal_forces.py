@@ -11,7 +11,11 @@ _BISECTIONS = 8
 
 
 def internal_forces(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float
+    points: FloatArray,
+    normals: FloatArray,
+    friction: float,
+    mean_normal_n: float,
+    carried_n: FloatArray | None = None,
 ) -> tuple[FloatArray, float]:
     """Return forces that balance each other and leave every contact as much friction as can be.
 
@@ -20,23 +24,25 @@ def internal_forces(
     large as the balance allows, since the weight and disturbances come upon each of them.
 
     Args:
-        points: Contacts, shape (n, 3), m.
+        points: Contacts from the object's centre of mass, shape (n, 3), m.
         normals: Unit normals pointing INTO the object, shape (n, 3).
         friction: Coulomb friction coefficient.
         mean_normal_n: Mean normal force of a contact.
+        carried_n: What the forces add up to, at the centre of mass, shape (3,); None for nothing.
 
     Returns:
         Forces on the object, shape (n, 3), and what is left at the contact that has least, as share of the
         friction times the mean normal force: 1 where all forces run along their normals. It is -1 when the
         full cones allow no balance, and the forces are then the closest to it.
     """
-    forces, balance = _balanced(points, normals, friction, 0.0)
+    carried = np.zeros(3) if carried_n is None else carried_n / mean_normal_n
+    forces, balance = _balanced(points, normals, friction, 0.0, carried)
     if balance > _BALANCE:
         return mean_normal_n * forces, -1.0
     low, high = 0.0, 1.0
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        trial, balance = _balanced(points, normals, friction, middle)
+        trial, balance = _balanced(points, normals, friction, middle, carried)
         if balance <= _BALANCE:
             low, forces = middle, trial
         else:
@@ -45,7 +51,7 @@ def internal_forces(
 
 
 def _balanced(
-    points: FloatArray, normals: FloatArray, friction: float, left: float
+    points: FloatArray, normals: FloatArray, friction: float, left: float, carried: FloatArray
 ) -> tuple[FloatArray, float]:
     """Minimise the resulting wrench of forces that leave each contact some friction.
 
@@ -54,14 +60,16 @@ def _balanced(
         normals: Shape (n, 3).
         friction: Coulomb friction coefficient.
         left: What each contact has left, as share of the friction times the mean normal force.
+        carried: What the forces add up to at the points' origin, in mean normal forces, shape (3,).
 
     Returns:
-        Forces of mean normal part 1, shape (n, 3), and the wrench per total force.
+        Forces of mean normal part 1, shape (n, 3), and the wrench that is missing per total force.
     """
     n = len(points)
     edges = np.concatenate([_cone(normal, friction) for normal in normals])
     owner = np.repeat(np.arange(n), _EDGES)
-    arms = points - points.mean(axis=0)
+    middle = points.mean(axis=0)
+    arms = points - middle
     size = max(float(np.linalg.norm(arms, axis=1).max()), 1e-6)
     wrenches = np.vstack((edges.T, np.cross(arms[owner], edges).T / size))
     # A force in the cone shifted along its normal by `left` has so much left; the shift is there in any case.
@@ -69,15 +77,18 @@ def _balanced(
     along = np.ones(len(edges))
     # Rows: no net wrench; the normal forces' sum; and, faintly, equal shares and small tangential forces.
     shares = np.stack([(owner == i) * along for i in range(n)])
+    wrench = np.concatenate((carried, -np.cross(middle, carried) / size))
     system = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges)))) / n
     wanted = np.zeros(len(system))
-    wanted[:6] = -shifted / n
+    wanted[:6] = (wrench - shifted) / n
     wanted[6] = 1.0 - left
     weights, _ = nnls(system, wanted)
     forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)]) + left * normals
     total = float(np.einsum("ij,ij->", forces, normals))
-    wrench = np.concatenate((forces.sum(axis=0), np.cross(arms, forces).sum(axis=0) / size))
-    return forces * (n / max(total, 1e-9)), float(np.linalg.norm(wrench)) / max(total, 1e-9)
+    missing = np.concatenate((forces.sum(axis=0), np.cross(arms, forces).sum(axis=0) / size)) - wrench
+    if not carried.any():
+        forces *= n / max(total, 1e-9)
+    return forces, float(np.linalg.norm(missing)) / max(total, 1e-9)
 
 
 def _cone(normal: FloatArray, friction: float) -> FloatArray:
