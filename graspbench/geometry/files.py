@@ -48,6 +48,7 @@ def load_body(path: Path, scale: Scale, repair: bool) -> Body:
 @lru_cache(maxsize=32)
 def _load(path: Path, scale: Scale, repair: bool, changed_ns: int, size: int) -> Body:
     """Load a file once per process, and again when it has changed."""
+    del changed_ns, size  # they only tell the cache that it is another file
     vertices, faces = read_mesh(path)
     vertices, faces, report = prepare(vertices, faces, file_label(path), scale=scale, repaired=repair)
     if not report.usable:

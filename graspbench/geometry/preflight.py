@@ -14,9 +14,10 @@ from graspbench.geometry.inspection import MeshProblem, MeshReport, inspect
 from graspbench.geometry.mesh import make_mesh
 from graspbench.geometry.naming import file_label
 from graspbench.geometry.reading import read_mesh
-from graspbench.geometry.repair import repair, tolerate_wrinkles
+from graspbench.geometry.repair import repair
 from graspbench.geometry.simplification import MAX_KEPT_TRIANGLES, simplify
 from graspbench.geometry.units import Scale, to_metres
+from graspbench.geometry.wrinkles import tolerate_wrinkles
 
 if TYPE_CHECKING:
     import trimesh

@@ -6,30 +6,22 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
 
-from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.convex_union import manifold_arrays, to_manifold
+from graspbench.geometry.gaps import close_holes
 from graspbench.geometry.handles import cut_spurious_handles
-from graspbench.geometry.inspection import MeshReport, counted, inspect, with_intersections
-from graspbench.geometry.intersections import self_intersections
+from graspbench.geometry.inspection import MeshReport, counted, inspect
 from graspbench.geometry.mesh import signed_volume
+from graspbench.geometry.wrinkles import smoothed, tolerate_wrinkles
 
 _RIVAL_SHARE = 0.25
 """A second body of this share of the first one's volume is no stray piece: which one is meant?"""
 
 _STRAY_SHARE = 0.02
 """A piece of more than this share of the body's volume is not dropped without a warning."""
-
-_TOLERATED_SHARE = 0.01
-"""Self-intersections in this share of the triangles are wrinkles of a scan, and harm nothing."""
-
-_SMOOTHED_SHARE = 0.005
-"""A vertex moves at most so far, as share of the size, where wrinkles are smoothed."""
-
-_MAX_SMOOTHINGS = 3
 
 _WIDE_SHARE = 0.3
 """A hole of this share of the body's size is no gap of a scan: what closes it is a guess."""
@@ -38,8 +30,6 @@ _MAX_PIECES = 2000
 
 _MAX_ROUNDS = 20
 """Times that spurious handles are looked for; a surface that has more of them then is beyond repair."""
-
-_BEYOND_REPAIR = "remesh it in a modelling program, since the repair could not put it right"
 
 
 def repair(
@@ -70,7 +60,7 @@ def repair(
         vertices, faces = _without_spurious_handles(vertices, faces, name, done)
         vertices, faces, report = inspect(vertices, faces, name, trusted=True)
     if report.usable and not trusted:
-        vertices, report = _smoothed(vertices, faces, report)
+        vertices, report = smoothed(vertices, faces, report)
     report = tolerate_wrinkles(
         replace(
             report,
@@ -81,67 +71,6 @@ def repair(
     if not report.usable:
         raise report.error()
     return vertices, faces, report
-
-
-def _smoothed(vertices: FloatArray, faces: IntArray, report: MeshReport) -> tuple[FloatArray, MeshReport]:
-    """Look for self-intersections, and smooth what can be smoothed of them."""
-    if not (before := self_intersections(vertices, faces)).any():
-        return vertices, report
-    smooth, left = smooth_wrinkles(vertices, faces, before)
-    after = inspect(smooth, faces, report.name, trusted=True)[2]
-    if not after.usable or left == before.sum():
-        return vertices, with_intersections(report, int(before.sum()))
-    done = f"wrinkles of {before.sum() - left} triangles were smoothed"
-    return smooth, with_intersections(replace(after, repairs=(*report.repairs, done)), left)
-
-
-def smooth_wrinkles(vertices: FloatArray, faces: IntArray, pierced: BoolArray) -> tuple[FloatArray, int]:
-    """Move the corners of triangles that pierce each other towards their neighbours, as long as that helps.
-
-    Args:
-        vertices: Shape (n, 3).
-        faces: One closed surface, shape (m, 3).
-        pierced: Which triangles pierce each other, shape (m,).
-
-    Returns:
-        The vertices, no one farther from its place than a share of the size, and how many triangles are left
-        that pierce others.
-    """
-    low, high = topology.find_edges(faces, len(vertices)).ends.T
-    ones = np.ones(2 * len(low))
-    links = csr_array((ones, (np.append(low, high), np.append(high, low))), shape=(len(vertices),) * 2)
-    reach = _SMOOTHED_SHARE * float(np.ptp(vertices, axis=0).max())
-    best = vertices
-    for _ in range(_MAX_SMOOTHINGS):
-        corners = np.unique(faces[pierced])
-        if len(corners) == 0:
-            break
-        around = links[corners] @ best / links[corners].sum(axis=1)[:, None]
-        moved = best.copy()
-        moved[corners] = vertices[corners] + np.clip(
-            0.5 * (best[corners] + around) - vertices[corners], -reach, reach
-        )
-        touched = np.any(np.isin(faces, corners), axis=1)
-        if (left := self_intersections(moved, faces, touched)).sum() >= pierced.sum():
-            break
-        best, pierced = moved, left
-    return best, int(pierced.sum())
-
-
-def tolerate_wrinkles(report: MeshReport) -> MeshReport:
-    """Turn few self-intersections into a warning; whatever else a repair has left, it cannot put right."""
-    problems, warnings = [], list(report.warnings)
-    few = report.self_intersecting <= _TOLERATED_SHARE * report.triangles
-    for problem in report.problems:
-        if problem.kind == "self_intersecting" and few:
-            warnings.append(
-                f"{report.self_intersecting} triangles are pierced by others, few enough to leave them"
-            )
-        elif problem.repairable:
-            problems.append(replace(problem, remedy=_BEYOND_REPAIR, repairable=False))
-        else:
-            problems.append(problem)
-    return replace(report, usable=not problems, problems=tuple(problems), warnings=tuple(warnings))
 
 
 def _closed_bodies(
@@ -168,7 +97,7 @@ def _closed_bodies(
     order = np.argsort(body, kind="stable")
     for members in np.split(order, np.cumsum(np.bincount(body))[:-1]):
         points, triangles = _compact(vertices, faces[members])
-        points, triangles, closed, width = _close_holes(points, triangles)
+        points, triangles, closed, width = close_holes(points, triangles)
         if signed_volume(points, triangles) < 0.0:
             triangles = triangles[:, ::-1]
         solid = to_manifold(points, triangles)
@@ -201,7 +130,7 @@ def _without_spurious_handles(
         vertices, faces, lengths = cut_spurious_handles(vertices, faces)
         if not lengths:
             break
-        vertices, faces, _, _ = _close_holes(vertices, faces)
+        vertices, faces, _, _ = close_holes(vertices, faces)
         cut += lengths
         if len(cut) >= (report.genus or 0):
             break
@@ -225,48 +154,6 @@ def _compact(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArra
     """Return a part of a mesh with its own vertices only; its cost does not grow with the whole."""
     used, corners = np.unique(faces, return_inverse=True)
     return vertices[used], corners.reshape(-1, 3)
-
-
-def _close_holes(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, int, float]:
-    """Close every hole of one body with a fan; return also their number and the widest one's size."""
-    edges = topology.find_edges(faces, len(vertices))
-    side, corner = np.nonzero(edges.count[edges.of_side] == 1)
-    loops = _simple_loops(faces[side, (corner + 1) % 3], faces[side, corner])
-    if loops:
-        rims = [vertices[loop] for loop in loops]
-        centres = len(vertices) + np.arange(len(loops))
-        fans = [
-            np.stack([loop, np.roll(loop, -1), np.full(len(loop), centre)], axis=1)
-            for loop, centre in zip(loops, centres, strict=True)
-        ]
-        vertices = np.concatenate([vertices, [rim.mean(axis=0) for rim in rims]])
-        faces = np.concatenate([faces, *fans])
-    widest = max((float(np.ptp(rim, axis=0).max()) for rim in rims), default=0.0) if loops else 0.0
-    vertices, faces, _ = topology.split_fans(vertices, faces, topology.find_edges(faces, len(vertices)))
-    return vertices, faces, len(loops), widest
-
-
-def _simple_loops(start: IntArray, end: IntArray) -> list[IntArray]:
-    """Return the closed loops of directed edges, none of which passes a vertex twice."""
-    following: dict[int, list[int]] = {}
-    for a, b in zip(start.tolist(), end.tolist(), strict=True):
-        following.setdefault(a, []).append(b)
-    loops: list[IntArray] = []
-    for first in list(following):
-        while following[first]:
-            path, position = [first], {first: 0}
-            while following.get(path[-1]):
-                vertex = following[path[-1]].pop()
-                if vertex in position:  # a hole ends here, though its rim may touch the next one's
-                    loop = path[position[vertex] :]
-                    loops.append(np.array(loop, dtype=np.int64))
-                    for passed in loop[1:]:
-                        del position[passed]
-                    del path[position[vertex] + 1 :]
-                else:
-                    position[vertex] = len(path)
-                    path.append(vertex)
-    return loops
 
 
 def _one_body(

@@ -1,7 +1,8 @@
 """Cameras, stations, silhouettes, and the object's centre seen from several views."""
 
 from graspbench.perception.camera import Camera, CameraParameters, Intrinsics, View, look_at
-from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, silhouettes
+from graspbench.perception.segmentation import SilhouetteParameters, silhouettes
+from graspbench.perception.silhouette import Silhouette
 from graspbench.perception.stations import Ring, Station, StationParameters, place_stations
 from graspbench.perception.triangulation import triangulate_centre
 

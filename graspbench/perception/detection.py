@@ -8,7 +8,8 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.errors import ImageError, StationError
 from graspbench.perception.camera import View, look_at
-from graspbench.perception.silhouette import Silhouette, SilhouetteParameters, silhouettes
+from graspbench.perception.segmentation import SilhouetteParameters, silhouettes
+from graspbench.perception.silhouette import Silhouette
 from graspbench.perception.stations import Station, StationParameters
 from graspbench.perception.triangulation import triangulate_centre
 

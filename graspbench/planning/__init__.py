@@ -12,14 +12,16 @@ from graspbench.planning.parameters import (
     PathParameters,
     PlannerParameters,
     RefineParameters,
+    RobustParameters,
 )
 
 if TYPE_CHECKING:
+    from graspbench.planning.approach import clear_approach
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
     from graspbench.planning.refinement import RefinedGrasp, refine
-    from graspbench.planning.tracking import JointPath, plan_approach, track
+    from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
 
 __all__ = [
@@ -36,13 +38,14 @@ __all__ = [
     "PlannerParameters",
     "RefineParameters",
     "RefinedGrasp",
+    "RobustParameters",
     "SearchParameters",
     "centre_gain",
     "centre_option",
+    "clear_approach",
     "fingertip_paths",
     "grip_geometry",
     "make_index",
-    "plan_approach",
     "plan_global",
     "plan_local",
     "plan_restarted",
@@ -58,9 +61,9 @@ _HOMES = {
     "LocalPlan": "local",
     "RefinedGrasp": "refinement",
     "SearchParameters": "global_search",
+    "clear_approach": "approach",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
-    "plan_approach": "tracking",
     "plan_global": "global_search",
     "plan_local": "local",
     "plan_restarted": "local",

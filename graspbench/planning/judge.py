@@ -19,6 +19,7 @@ from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
 from graspbench.planning.merit import best_first, merit_of, quality_of
 from graspbench.planning.parameters import PlannerParameters
+from graspbench.planning.robustness import Robustness
 from graspbench.planning.settling import Follower, Settler, settle
 from graspbench.reconstruction.surface import Surface
 
@@ -75,9 +76,20 @@ class Judge:
         )
         self._measured: Surface | None = None
         self._length_m = 1.0
+        self._robustness: Robustness | None = None
         self.followers: list[Follower] = []
         self.tried = 0
         self.rejected: Counter[str] = Counter()
+
+    @property
+    def robust(self) -> bool:
+        """Whether the most robust of the index's best grasps is taken."""
+        return self.planner.robust.among > 1
+
+    @property
+    def wanted(self) -> int:
+        """How many grasps that the hand holds to choose from."""
+        return self.planner.robust.among if self.robust else self.planner.candidates
 
     @property
     def contour_queries(self) -> int:
@@ -185,7 +197,9 @@ class Judge:
             self.rejected[NOT_CLOSED] += 1
             return
         score = self.index.score(surface, follower.vertices)
-        merit = merit_of(quality) if self.planner.select == "quality" else score
+        merit = self._robust_merit(surface, follower.vertices)
+        if merit is None:
+            merit = merit_of(quality) if self.planner.select == "quality" else score
         found.append(Candidate(follower, initial, quality, score, merit))
 
     def qualities_on(self, surface: Surface, grasps: IntArray) -> list[GraspQuality]:
@@ -202,6 +216,14 @@ class Judge:
             reasons=dict(self.rejected),
             tried=self.tried,
         )
+
+    def _robust_merit(self, surface: Surface, vertices: IntArray) -> float | None:
+        """Return the expected Q3 under errors; None where robustness does not decide."""
+        if not self.robust:
+            return None
+        if self._robustness is None or self._robustness.surface is not surface:
+            self._robustness = Robustness(surface, self._quality, self.planner.robust)
+        return self._robustness.expected_q3(vertices)
 
     def _torque_length(self, surface: Surface) -> float:
         if surface is not self._measured:

@@ -92,6 +92,31 @@ class RefineParameters:
 
 
 @dataclass(frozen=True)
+class RobustParameters:
+    """Choice of the grasp that forgives errors most, among the index's best."""
+
+    among: Annotated[
+        int,
+        Field(
+            ge=1,
+            description="Of so many grasps that the hand holds, the index's best, the most robust is taken; "
+            "1: the index alone decides",
+        ),
+    ] = 1
+    samples: Annotated[int, Field(ge=3, le=10_000, description="Errors drawn for a grasp")] = 48
+    position_sigma_m: Annotated[
+        float, Field(ge=0, description="Standard deviation of a contact along each tangent, m")
+    ] = 0.003
+    normal_sigma_deg: Annotated[
+        float, Field(ge=0, lt=45, description="Standard deviation of a normal's tilt about each tangent, deg")
+    ] = 10.0
+    friction_sigma: Annotated[
+        float, Field(ge=0, lt=0.8, description="Standard deviation of the friction coefficient, share of it")
+    ] = 0.15
+    seed: Annotated[int, Field(ge=0, description="Seed of the errors")] = 0
+
+
+@dataclass(frozen=True)
 class PlannerParameters:
     """How the local planner searches."""
 
@@ -145,3 +170,6 @@ class PlannerParameters:
     refine: Annotated[RefineParameters, Field(description="Refinement of a grasp by a measure")] = field(
         default_factory=RefineParameters
     )
+    robust: Annotated[
+        RobustParameters, Field(description="Choice of the most robust among the index's best grasps")
+    ] = field(default_factory=RobustParameters)

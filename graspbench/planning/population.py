@@ -91,9 +91,9 @@ class Population:
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
-            if found and max(candidate.merit for candidate in found) >= promise:
+            if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
                 break  # what is left promises less than what the hand can hold already
-            if len(found) == judge.planner.candidates:
+            if len(found) == judge.wanted:
                 break
             if not spanned[rank] or not judge.closed(surface, self._grasps[rank]):
                 continue

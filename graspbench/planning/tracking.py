@@ -18,10 +18,9 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.kinematics import forward, point_jacobian
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
-from graspbench.planning.local import LocalPlan
-from graspbench.planning.parameters import PathParameters, PlannerParameters
+from graspbench.planning.parameters import PathParameters
 from graspbench.planning.time_law import minimum_jerk, resampled, slowdown, smooth_durations
-from graspbench.planning.trajectory import FingertipPath, fingertip_paths
+from graspbench.planning.trajectory import FingertipPath
 
 _POSTURE_GAIN = 3.0
 _FADE_S = 0.3
@@ -53,25 +52,6 @@ class JointPath:
     tip_error_m: FloatArray
     following: int
     closing: int
-
-
-def plan_approach(
-    plan: LocalPlan, hand: HandModel, planner: PlannerParameters
-) -> tuple[tuple[FingertipPath, ...], JointPath]:
-    """Plan the fingertips' way to the contacts of a plan, and the hand's motion along it.
-
-    Args:
-        plan: A plan that was made with the hand.
-        hand: The hand.
-        planner: Says how far from the surface the tips stay, and how they move.
-
-    Raises:
-        PlanningError: The hand cannot follow.
-    """
-    posture = plan.grasp.posture
-    assert posture is not None, "a plan made with a checker has a posture"
-    paths = fingertip_paths(plan.history, planner.paths, planner.floating_distance_m, hand)
-    return paths, track(paths, hand, posture, planner.paths)
 
 
 def track(

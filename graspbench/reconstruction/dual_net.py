@@ -15,8 +15,8 @@ import numpy.typing as npt
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled
 from graspbench.errors import ReconstructionError
+from graspbench.reconstruction.hull_fields import HullFields
 from graspbench.reconstruction.narrow_band import CORNERS, FACES, NarrowBand, fill
-from graspbench.reconstruction.visual_hull import HullFields
 
 EDGES = np.array(
     [[a, a | (1 << (2 - axis))] for axis in range(3) for a in range(8) if not a >> (2 - axis) & 1],

@@ -6,8 +6,8 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
+from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_distance
 from graspbench.reconstruction.parameters import SurfaceParameters
-from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_distance
 
 VELOCITY_RESET, OVERDAMPED, DAMPED = range(3)
 SETTLED_M = 1e-6

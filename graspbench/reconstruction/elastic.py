@@ -7,10 +7,10 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ReconstructionError
-from graspbench.perception.silhouette import without_holes
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.carving import interior_point
 from graspbench.reconstruction.dynamics import Law, State, advance, energy, initial_state, law_of, settle
+from graspbench.reconstruction.genus import carried_by
 from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.parameters import SurfaceParameters
 from graspbench.reconstruction.preshape import preshape
@@ -44,7 +44,7 @@ def reconstruct_elastic(
         StationError: The stations do not enclose the object.
         ReconstructionError: There is no visual hull, or the surface does not come to rest.
     """
-    silhouettes = without_holes(silhouettes)  # a sphere has none
+    silhouettes = carried_by("elastic", silhouettes)
     hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
     if centre is None:
         centre = triangulate_centre(silhouettes)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_distance, view_slope
+from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_distance, view_slope
 
 SLACK = 0.75
 """Share of the distance in the images that the border is surely away: perspective stretches distances."""

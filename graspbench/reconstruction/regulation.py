@@ -4,7 +4,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_gradient
+from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_gradient
 
 SLIDE_LIMIT = 0.35
 """Longest slide as a share of the nearest neighbour's distance: no node can pass another."""

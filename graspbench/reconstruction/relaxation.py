@@ -13,7 +13,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.dual_net import DualNet
-from graspbench.reconstruction.visual_hull import HullFields, critical_view, view_slope
+from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_slope
 
 STIFFNESS = 0.05
 """Springs of a node against its tangent planes."""

@@ -13,7 +13,7 @@ from graspbench.arrays import FloatArray, ImageArray
 from graspbench.perception.camera import Camera, CameraParameters, Intrinsics, View
 from graspbench.perception.detection import detect_object
 from graspbench.perception.distortion import pixel_centres, undistort
-from graspbench.perception.silhouette import SilhouetteParameters
+from graspbench.perception.segmentation import SilhouetteParameters
 from graspbench.perception.stations import Station, StationParameters, fit_stations, place_stations
 from graspbench.simulation.colours import scene_colours
 from graspbench.simulation.renderer import Renderer

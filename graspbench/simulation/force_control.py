@@ -1,6 +1,6 @@
 """The fingers' force control while they grip: grip force, weight, and soft springs around the posture."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pinocchio
@@ -13,6 +13,10 @@ from graspbench.simulation.stage import Stage
 _RENEW_S = 0.02
 # Times what the weight needs: only objects lighter than that are gripped less than they are told.
 _AMPLE = 4.0
+# Of the friction that a poor grip leaves for the weight, at least so much is counted on.
+_LEFT = 0.2
+_EFFORT_ROUNDS = 4
+_NEARLY_ALL = 0.98
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -20,7 +24,7 @@ _EFFORT_SHARE = 0.9
 class ForceControl:
     """Joint torques that press the fingertips on the object and hold the fingers' posture (joint impedance).
 
-    Each tip applies its share of the internal grip force and of the object's weight: J' f, besides the
+    The tips apply forces that grip the object and, once it is lifted, carry its weight: J' f, besides the
     fingers' own weight. The grip forces are fixed to the object, so that they stay in balance when it turns a
     little in the hand.
 
@@ -39,7 +43,6 @@ class ForceControl:
         p, body = stage.parameters, stage.world.object_model
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
-        carrying = self._weight_n / (stage.friction.coulomb * len(fingers))
         self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
@@ -50,10 +53,21 @@ class ForceControl:
         self._renew = max(1, round(_RENEW_S / stage.time_step_s))
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
-        self._sharing = np.zeros((len(fingers), 3, 3))
-        needed = p.grip_safety * carrying
+        self._points, self._normals = self._contacts()
+        needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
         self.mean_force_n = float(max(needed, min(p.grip_force_n, steady)))
+
+    def _carrying_force_n(self) -> float:
+        """Return the mean normal force that carries the weight, whichever way the hand is turned.
+
+        Where the contacts' normals oppose each other poorly, the grip itself takes up most of the friction,
+        and it takes a firmer grip to leave enough of it for the weight.
+        """
+        points, normals = self._contacts()
+        _, left = internal_forces(points, normals, self._stage.friction.coulomb, 1.0)
+        share = np.linalg.norm(_weight_sharing(points), 2, axis=(1, 2)).max()
+        return float(self._weight_n * share / (self._stage.friction.coulomb * max(left, _LEFT)))
 
     def _steady_force_n(self) -> float:
         """Return the mean normal force up to which the fingers' springs keep the grip from rolling away.
@@ -76,13 +90,17 @@ class ForceControl:
         """Distribute grip force and weight over the contacts as they are felt now."""
         # A finger that has lost touch for a moment is taken to be where it was.
         self._felt = [new or old for new, old in zip(self.touches(), self._felt, strict=True)]
-        pose = self._stage.world.object_pose()
-        rotation = pose[:3, :3]
-        points = (np.stack([touch.point for touch in self._felt]) - pose[:3, 3]) @ rotation
-        normals = np.stack([touch.normal for touch in self._felt]) @ rotation
-        self._forces, _ = internal_forces(points, normals, self._stage.friction.coulomb, self.mean_force_n)
-        self._sharing = _weight_sharing(points)
+        self._points, self._normals = self._contacts()
+        self._forces, _ = internal_forces(
+            self._points, self._normals, self._stage.friction.coulomb, self.mean_force_n
+        )
         self._age = 0
+
+    def _contacts(self) -> tuple[FloatArray, FloatArray]:
+        """Return contacts and normals into the object as last felt, in its own frame, shape (n, 3) each."""
+        pose = self._stage.world.object_pose()
+        points = np.stack([touch.point for touch in self._felt]) - pose[:3, 3]
+        return points @ pose[:3, :3], np.stack([touch.normal for touch in self._felt]) @ pose[:3, :3]
 
     def rest_here(self) -> None:
         """Let the springs relax in the present posture."""
@@ -100,34 +118,64 @@ class ForceControl:
         stage.hand.drive_wrist(palm, stage.time_step_s)
         q, velocity = stage.hand.state()
         if self._age % self._renew == 0:
-            self._renew_torques(q, palm)
+            self._renew_torques(q, palm, loaded=load > 0.0)
         self._age += 1
         torques = self._own_weight + grip * self._pressing + load * self._carrying
         away = self.rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
         stage.hand.drive_compliantly(torques, springs, self._return_rate * away, self._joints)
 
-    def _renew_torques(self, q: FloatArray, palm: FloatArray) -> None:
+    def _renew_torques(self, q: FloatArray, palm: FloatArray, *, loaded: bool) -> None:
         """Compute what depends on the posture, which hardly changes within `_RENEW_S`."""
-        to_palm = palm[:3, :3].T @ self._stage.world.object_pose()[:3, :3]
-        jacobian_t = self._model.tip_jacobians(q)[list(self._fingers)].reshape(-1, len(q)).T
-        self._pressing = jacobian_t @ (self._forces @ to_palm.T).ravel()
-        upwards = self._weight_n * (self._sharing @ (to_palm.T @ palm[2, :3]))
-        self._carrying = jacobian_t @ (upwards @ to_palm.T).ravel()
         rotation = palm[:3, :3] @ self._model.transform_palm_to_root[:3, :3].T
         self._pinocchio.gravity.linear = rotation.T @ np.array([0.0, 0.0, -self._gravity])
         self._own_weight = np.asarray(pinocchio.computeGeneralizedGravity(self._pinocchio, self._data, q))
-        self._pressing *= self._within_effort()
+        to_palm = palm[:3, :3].T @ self._stage.world.object_pose()[:3, :3]
+        jacobian_t = self._model.tip_jacobians(q)[list(self._fingers)].reshape(-1, len(q)).T
 
-    def _within_effort(self) -> float:
-        """Return the share of the grip force, 0 to 1, that leaves no joint at its limit of torque.
+        def torques(forces: FloatArray) -> FloatArray:
+            needed: FloatArray = jacobian_t @ (forces @ to_palm.T).ravel()
+            return needed
+
+        pressing = torques(self._forces)
+        self._pressing = self._within_effort(pressing) * pressing
+        self._carrying = np.zeros_like(q)
+        if loaded:
+            self._carrying = self._holding(torques, to_palm.T @ palm[2, :3]) - self._pressing
+
+    def _holding(self, torques: Callable[[FloatArray], FloatArray], upwards: FloatArray) -> FloatArray:
+        """Return the torques of forces that grip and carry the weight at once, shape (n_q,).
+
+        Where the joints are too weak for the whole grip force, it is the weight that comes first: a finger
+        that presses from above is no help then.
+
+        Args:
+            torques: From forces on the object to joint torques.
+            upwards: In the object's frame, shape (3,).
+        """
+        weight, friction = self._weight_n * upwards, self._stage.friction.coulomb
+        mean_n = self.mean_force_n
+        for _ in range(_EFFORT_ROUNDS):
+            forces, left = internal_forces(self._points, self._normals, friction, mean_n, weight)
+            if left < 0.0:
+                break
+            needed = torques(forces)
+            share = self._within_effort(needed)
+            if share >= _NEARLY_ALL:
+                return needed
+            mean_n *= share
+        shared = torques((_weight_sharing(self._points) @ weight).reshape(-1, 3))
+        return self._pressing + shared
+
+    def _within_effort(self, torques: FloatArray) -> float:
+        """Return the share of some torques, 0 to 1, that leaves no joint at its limit.
 
         One share for all fingers: forces that are cut joint by joint are in balance no more.
         """
         limits = _EFFORT_SHARE * self._model.effort_limits
-        room = limits - np.sign(self._pressing) * (self._own_weight + self._carrying)
-        pressing = np.abs(self._pressing)
-        shares = np.divide(room, pressing, out=np.ones_like(room), where=pressing > 1e-9)
+        room = limits - np.sign(torques) * self._own_weight
+        wanted = np.abs(torques)
+        shares = np.divide(room, wanted, out=np.ones_like(room), where=wanted > 1e-9)
         return float(np.clip(shares[self._joints].min(), 0.0, 1.0))
 
 

@@ -7,72 +7,88 @@ from graspbench.arrays import FloatArray
 
 _EDGES = 12
 _BALANCE = 0.02
-# Least normal force of a contact as shares of the mean, in the order of preference: a finger that hardly
-# presses is soon lost.
-_FLOORS = (0.4, 0.2, 0.1, 0.0)
+_BISECTIONS = 8
 
 
 def internal_forces(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float
+    points: FloatArray,
+    normals: FloatArray,
+    friction: float,
+    mean_normal_n: float,
+    carried_n: FloatArray | None = None,
 ) -> tuple[FloatArray, float]:
-    """Return forces that balance each other, as deep inside the friction cones as can be.
+    """Return forces that balance each other and leave every contact as much friction as can be.
 
-    The smallest share of the friction that still allows balance is looked for; what is left of the cones
-    is there for the weight and for disturbances.
+    What a contact has left is the further tangential force that it takes before it slides: the friction
+    coefficient times its normal force, less its tangential force. The smallest one of all contacts is made as
+    large as the balance allows, since the weight and disturbances come upon each of them.
 
     Args:
-        points: Contacts, shape (n, 3), m.
+        points: Contacts from the object's centre of mass, shape (n, 3), m.
         normals: Unit normals pointing INTO the object, shape (n, 3).
         friction: Coulomb friction coefficient.
         mean_normal_n: Mean normal force of a contact.
+        carried_n: What the forces add up to, at the centre of mass, shape (3,); None for nothing.
 
     Returns:
-        Forces on the object, shape (n, 3), and the share of friction they use, 0 to 1; the share is
-        infinite when the full cones allow no balance, and the forces are then the closest to it.
+        Forces on the object, shape (n, 3), and what is left at the contact that has least, as share of the
+        friction times the mean normal force: 1 where all forces run along their normals. It is -1 when the
+        full cones allow no balance, and the forces are then the closest to it.
     """
-    for floor in _FLOORS:
-        forces, balance = _balanced(points, normals, friction, mean_normal_n, floor)
-        if balance <= _BALANCE:
-            break
-    else:
-        return forces, np.inf
+    carried = np.zeros(3) if carried_n is None else carried_n / mean_normal_n
+    forces, balance = _balanced(points, normals, friction, 0.0, carried)
+    if balance > _BALANCE:
+        return mean_normal_n * forces, -1.0
     low, high = 0.0, 1.0
-    for _ in range(7):
+    for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        trial, balance = _balanced(points, normals, middle * friction, mean_normal_n, floor)
+        trial, balance = _balanced(points, normals, friction, middle, carried)
         if balance <= _BALANCE:
-            high, forces = middle, trial
+            low, forces = middle, trial
         else:
-            low = middle
-    return forces, high
+            high = middle
+    return mean_normal_n * forces, low
 
 
 def _balanced(
-    points: FloatArray, normals: FloatArray, friction: float, mean_normal_n: float, floor: float
+    points: FloatArray, normals: FloatArray, friction: float, left: float, carried: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Minimise the resulting wrench of cone forces; return them and the wrench per total force."""
+    """Minimise the resulting wrench of forces that leave each contact some friction.
+
+    Args:
+        points: Contacts, shape (n, 3).
+        normals: Shape (n, 3).
+        friction: Coulomb friction coefficient.
+        left: What each contact has left, as share of the friction times the mean normal force.
+        carried: What the forces add up to at the points' origin, in mean normal forces, shape (3,).
+
+    Returns:
+        Forces of mean normal part 1, shape (n, 3), and the wrench that is missing per total force.
+    """
     n = len(points)
     edges = np.concatenate([_cone(normal, friction) for normal in normals])
     owner = np.repeat(np.arange(n), _EDGES)
-    arms = points - points.mean(axis=0)
+    middle = points.mean(axis=0)
+    arms = points - middle
     size = max(float(np.linalg.norm(arms, axis=1).max()), 1e-6)
     wrenches = np.vstack((edges.T, np.cross(arms[owner], edges).T / size))
-    along = np.einsum("ij,ij->i", edges, normals[owner])
+    # A force in the cone shifted along its normal by `left` has so much left; the shift is there in any case.
+    shifted = left * np.concatenate((normals.sum(axis=0), np.cross(arms, normals).sum(axis=0) / size))
+    along = np.ones(len(edges))
     # Rows: no net wrench; the normal forces' sum; and, faintly, equal shares and small tangential forces.
     shares = np.stack([(owner == i) * along for i in range(n)])
-    system = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges))))
+    wrench = np.concatenate((carried, -np.cross(middle, carried) / size))
+    system = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges)))) / n
     wanted = np.zeros(len(system))
-    wanted[6] = 1.0
+    wanted[:6] = (wrench - shifted) / n
+    wanted[6] = 1.0 - left
     weights, _ = nnls(system, wanted)
-    held: list[int] = []
-    while weak := [i for i in range(n) if i not in held and shares[i] @ weights < floor / n - 1e-9]:
-        held += weak  # contacts below the floor are put on it
-        rows = np.vstack((system, shares[held]))
-        weights, _ = nnls(rows, np.concatenate((wanted, np.full(len(held), floor / n))))
-    total = float(along @ weights)
-    imbalance = float(np.linalg.norm(wrenches @ weights)) / max(total, 1e-9)
-    forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)])
-    return forces * (n * mean_normal_n / max(total, 1e-9)), imbalance
+    forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)]) + left * normals
+    total = float(np.einsum("ij,ij->", forces, normals))
+    missing = np.concatenate((forces.sum(axis=0), np.cross(arms, forces).sum(axis=0) / size)) - wrench
+    if not carried.any():
+        forces *= n / max(total, 1e-9)
+    return forces, float(np.linalg.norm(missing)) / max(total, 1e-9)
 
 
 def _cone(normal: FloatArray, friction: float) -> FloatArray:

@@ -12,7 +12,7 @@ from graspbench.config.trial_config import ManipulationConfig, TrialConfig
 from graspbench.manipulation import ManipulationResult, manipulate_object
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
-from graspbench.planning import plan_approach
+from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
 from graspbench.results.physical_results import ManipulationSummary, PlayedResult
 from graspbench.results.plain import as_plain
@@ -119,7 +119,7 @@ def _play(
     from graspbench.simulation.tip_friction import tip_friction
 
     with clock.stage("paths"):
-        _, approach = plan_approach(trial.plan, trial.hand, config.planner)
+        _, approach = clear_approach(trial.plan.history, trial.surfaces[-1], trial.hand, config.planner)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
     friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)

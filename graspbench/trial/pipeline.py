@@ -13,8 +13,8 @@ from graspbench.planning import (
     JointPath,
     LocalPlan,
     RefinedGrasp,
+    clear_approach,
     make_index,
-    plan_approach,
     plan_global,
     plan_restarted,
     refine,
@@ -60,7 +60,10 @@ def run_grasp(
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
-        paths, motion = clock.run("paths", partial(plan_approach, trial.plan, trial.hand, config.planner))
+        paths, motion = clock.run(
+            "paths",
+            partial(clear_approach, trial.plan.history, trial.surfaces[-1], trial.hand, config.planner),
+        )
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
         execution = _execute(config, trial, motion, clock)

@@ -11,9 +11,9 @@ from graspbench.cli.arguments import complete_override
 from graspbench.errors import ConfigurationError, MeshError
 from graspbench.experiment import describe_objects, expand_sweep, group_options, load_config
 from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
-from graspbench.geometry.catalogue import FILE_CHOICES
 from graspbench.geometry.convex_union import to_manifold
 from graspbench.geometry.inspection import inspect
+from graspbench.geometry.object_parameters import FILE_CHOICES
 
 GENERATED = [name for name in list_objects() if catalogue_entry(name).source == "generated"]
 CHOICES = files("graspbench.conf") / "object"

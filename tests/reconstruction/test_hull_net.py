@@ -193,7 +193,7 @@ def test_contacts_are_carried_to_the_nearest_node_of_the_same_side():
 
 def test_a_slope_is_the_fields_own():
     from graspbench.compiled import compiled
-    from graspbench.reconstruction.visual_hull import view_distance, view_slope
+    from graspbench.reconstruction.hull_fields import view_distance, view_slope
 
     @compiled
     def slope(fields, view, x, y, z):

@@ -16,31 +16,31 @@ def on_circle(angles, radius=0.03):
 
 def test_opposite_contacts_need_no_friction():
     points, normals = on_circle(np.array([0.0, np.pi]))
-    forces, share = internal_forces(points, normals, 0.5, 4.0)
+    forces, left = internal_forces(points, normals, 0.5, 4.0)
     np.testing.assert_allclose(forces, 4.0 * normals, atol=0.05)
-    assert share < 0.05
+    assert left > 0.95
 
 
 def test_three_even_contacts_share_the_force():
     points, normals = on_circle(2 * np.pi * np.arange(3) / 3)
-    forces, share = internal_forces(points, normals, 0.5, 4.0)
+    forces, left = internal_forces(points, normals, 0.5, 4.0)
     np.testing.assert_allclose(forces, 4.0 * normals, atol=0.1)
-    assert share < 0.05
+    assert left > 0.95
 
 
-def test_friction_used_is_the_least_that_balances():
+def test_what_is_left_of_the_friction_is_the_most_that_balances():
     # Two contacts whose normals lean by 20 degrees from the line between them: tan 20 = 0.364.
     lean = np.radians(20.0)
     points = np.array([[0.03, 0, 0], [-0.03, 0, 0]])
     normals = np.array([[-np.cos(lean), np.sin(lean), 0], [np.cos(lean), np.sin(lean), 0]])
-    _, share = internal_forces(points, normals, 0.5, 1.0)
-    assert share == pytest.approx(np.tan(lean) / 0.5, abs=0.08)
-    assert internal_forces(points, normals, 0.25, 1.0)[1] == np.inf
+    _, left = internal_forces(points, normals, 0.5, 1.0)
+    assert left == pytest.approx(1.0 - np.tan(lean) / 0.5, abs=0.08)
+    assert internal_forces(points, normals, 0.25, 1.0)[1] == -1.0
 
 
 def test_contacts_on_one_side_cannot_balance():
     points, normals = on_circle(np.array([-0.2, 0.0, 0.2]))
-    assert internal_forces(points, normals, 0.5, 1.0)[1] == np.inf
+    assert internal_forces(points, normals, 0.5, 1.0)[1] == -1.0
 
 
 @settings(max_examples=40, deadline=None)
@@ -51,12 +51,13 @@ def test_forces_of_even_grasps_balance_inside_the_cones(seed, n):
     points[:, 2] += generator.uniform(-0.003, 0.003, n)
     turn = Rotation.from_quat(generator.normal(size=4)).as_matrix()
     points, normals = points @ turn.T, normals @ turn.T
-    forces, share = internal_forces(points, normals, 0.6, 3.0)
-    assert share <= 1.0
+    forces, left = internal_forces(points, normals, 0.6, 3.0)
+    assert 0.0 <= left <= 1.0
     along = np.einsum("ij,ij->i", forces, normals)
     across = np.linalg.norm(forces - along[:, None] * normals, axis=1)
     assert (along >= 0).all()
     assert (across <= 0.6 * along + 1e-9).all()
+    assert (0.6 * along - across >= left * 0.6 * 3.0 * 0.97).all()
     assert along.mean() == pytest.approx(3.0)
     assert np.linalg.norm(forces.sum(axis=0)) < 0.03 * along.sum()
     torque = np.cross(points - points.mean(axis=0), forces).sum(axis=0)

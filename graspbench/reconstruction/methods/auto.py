@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from graspbench.arrays import FloatArray
+from graspbench.reconstruction.genus import method_for
 from graspbench.reconstruction.methods import METHODS
 from graspbench.reconstruction.parameters import SurfaceParameters
 from graspbench.reconstruction.surface import Surface
@@ -20,5 +21,4 @@ def reconstruct_auto(
 
     Arguments, surfaces and errors are those of the method taken.
     """
-    method = "hull_net" if any(silhouette.holes for silhouette in silhouettes) else "elastic"
-    yield from METHODS[method](silhouettes, parameters, centre)
+    yield from METHODS[method_for(silhouettes)](silhouettes, parameters, centre)

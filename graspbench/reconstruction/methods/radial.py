@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.perception.silhouette import without_holes
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.carving import interior_point
+from graspbench.reconstruction.genus import carried_by
 from graspbench.reconstruction.methods import METHODS
 from graspbench.reconstruction.parameters import SurfaceParameters
 from graspbench.reconstruction.preshape import preshape
@@ -44,7 +44,7 @@ def reconstruct_radial(
         StationError: The stations do not enclose the object.
         ReconstructionError: There is no visual hull.
     """
-    silhouettes = without_holes(silhouettes)  # a sphere has none
+    silhouettes = carried_by("radial", silhouettes)
     hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
     if centre is None:
         centre = triangulate_centre(silhouettes)

@@ -1,0 +1,43 @@
+"""Does a moving hand run into the object on its way?"""
+
+import numpy as np
+
+from graspbench.arrays import BoolArray, FloatArray, IntArray
+from graspbench.hand.model import HandModel
+from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink
+from graspbench.hand.task import make_system
+
+
+def collisions(
+    hand: HandModel,
+    triangles: Triangles,
+    transforms_palm_to_world: FloatArray,
+    joints: FloatArray,
+    closing: int,
+    fingers: tuple[int, ...],
+) -> BoolArray:
+    """Tell at which samples of a motion palm, links or fingertips sink into a surface.
+
+    Args:
+        hand: The hand.
+        triangles: The surface, in the world.
+        transforms_palm_to_world: Poses of the palm, shape (t, 4, 4).
+        joints: Joint positions, shape (t, n_q), rad.
+        closing: First sample from which the tips of ``fingers`` close on their contacts and do not count.
+        fingers: The fingers with a contact.
+
+    Returns:
+        Shape (t,).
+    """
+    free: IntArray = np.full(hand.n_fingers, -1, dtype=np.int64)
+    on_contact = free.copy()
+    on_contact[list(fingers)] = np.arange(len(fingers))
+    system = make_system(hand.chains, hand.shapes)
+    sunk = np.zeros(len(joints), dtype=np.bool_)
+    for k, (pose, q) in enumerate(zip(transforms_palm_to_world, joints, strict=True)):
+        contact_of = on_contact if k >= closing else free
+        palm = np.ascontiguousarray(pose[:3])
+        sunk[k] = links_sink(
+            hand.chains, hand.shapes, triangles, contact_of, palm, hand.by_finger(q), system, DEPTH_M
+        )
+    return sunk
