@@ -41,6 +41,14 @@ class EngineParameters:
     minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
     cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
     memory_gb: Annotated[float | None, Field(gt=0, description="Memory of a slurm job; null: default")] = None
+    silence_s: Annotated[
+        float,
+        Field(
+            ge=1,
+            le=604_800,
+            description="A worker is ended whose trial ends no stage for search.time_limit_s and so long, s",
+        ),
+    ] = 1800.0
     poll_s: Annotated[float, Field(ge=0.1, le=60, description="How often slurm is asked about jobs, s")] = 2.0
 
 
