@@ -58,6 +58,8 @@ def sweep(
         return
     new = sum(trial.state == "new" for trial in trials)
     err.print(f"{len(trials)} trials: {new} to run, {len(trials) - new} there already")
+    for warning in dict.fromkeys(filter(None, (trial.config.warning for trial in trials[:1]))):
+        err.print(warning)
     try:
         _run(trials, new, store, options)
     finally:

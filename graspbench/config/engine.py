@@ -15,7 +15,7 @@ from hydra.errors import HydraException
 from pydantic import Field, TypeAdapter, ValidationError
 
 from graspbench.config.compose import CONF_DIR
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, shown
 
 GROUP = "engine"
 
@@ -95,7 +95,8 @@ def load_engine(
         first = error.errors()[0]
         key = ".".join([GROUP, *(str(part) for part in first["loc"])])
         raise ConfigurationError(
-            f"{key} = {first['input']!r} cannot be used", remedy=first["msg"][:1].lower() + first["msg"][1:]
+            f"{key} = {shown(first['input'])} cannot be used",
+            remedy=first["msg"][:1].lower() + first["msg"][1:],
         ) from error
 
 

@@ -14,7 +14,8 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
-from graspbench.errors import ConfigurationError
+from graspbench.config.bounds import check_bounds
+from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
 from graspbench.hand import HandParameters
@@ -102,7 +103,7 @@ def _mapping(content: Any, section: str) -> Tree:
         return {}
     if not isinstance(content, Mapping):
         raise ConfigurationError(
-            f"the section '{section}' is no mapping of options but {str(content)[:40]!r}",
+            f"the section '{section}' is no mapping of options but {shown(content)}",
             remedy=f"write its options below it, or 'override /{section}: NAME' among the defaults",
         )
     return {str(key): value for key, value in content.items()}
@@ -133,16 +134,18 @@ def validate_section(section: str, content: Mapping[str, Any]) -> Any:
     kind = section_type(section, content)
     values = {key: value for key, value in content.items() if (section, key) != ("index", "name")}
     try:
-        return _adapter(kind).validate_python(values)
+        parameters = _adapter(kind).validate_python(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join([section, *(str(part) for part in first["loc"])])
         raise ConfigurationError(
-            f"{key} = {first['input']!r} cannot be used",
+            f"{key} = {shown(first['input'])} cannot be used",
             remedy=first["msg"][:1].lower() + first["msg"][1:],
             key=key,
             value=first["input"],
         ) from error
+    check_bounds(section, parameters)
+    return parameters
 
 
 @cache

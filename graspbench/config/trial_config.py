@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import yaml
 
+from graspbench.config import cost
+from graspbench.config.bounds import MAX_SEED
 from graspbench.config.compose import (
     Composed,
     Tree,
@@ -26,7 +28,7 @@ from graspbench.config.schema import (
     validate_section,
 )
 from graspbench.config.user_files import file_digests
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
 from graspbench.grasp.measure import MEASURES
@@ -86,6 +88,11 @@ class TrialConfig:
         identity["files"] = file_digests(self.object, self.scene, self.hand)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
+
+    @property
+    def warning(self) -> str | None:
+        """What to say before the trial begins, when it is going to take long."""
+        return cost.warning(vars(self))
 
     def as_tree(self) -> Tree:
         """Return the configuration as plain values."""
@@ -259,10 +266,13 @@ def _origin(tree: Mapping[str, Any]) -> dict[str, Any]:
 def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, Any]]:
     """Return the complete tree, and the parameters made from it by name."""
     seed = tree.get("seed", 0)
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ConfigurationError(f"seed = {seed!r} cannot be used", remedy="give a whole number from 0 on")
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+        raise ConfigurationError(
+            f"seed = {shown(seed)} cannot be used", remedy=f"give a whole number from 0 to {MAX_SEED}"
+        )
     complete = complete_with_defaults(tree, primary)
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
+    cost.check_cost(parts)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
