@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from pydantic import Field, TypeAdapter, ValidationError
 
 from graspbench.config.compose import CONF_DIR
 from graspbench.errors import ConfigurationError, shown
+from graspbench.yaml_files import check_plain, read_yaml
 
 GROUP = "engine"
 
@@ -116,6 +116,10 @@ def _option(choice: str, config_dir: Path | None) -> dict[str, Any]:
     for root in roots:
         path = root / GROUP / f"{choice}.yaml"
         if path.is_file():
-            return dict(yaml.safe_load(path.read_text(encoding="utf-8")) or {})
+            content = read_yaml(path)
+            if not isinstance(content, dict | None):
+                raise ConfigurationError(f"{path} is no mapping of options", remedy="write KEY: VALUE lines")
+            check_plain(content, GROUP)
+            return {str(key): value for key, value in (content or {}).items()}
     names = sorted({path.stem for root in roots for path in (root / GROUP).glob("*.yaml")})
     raise ConfigurationError(f"unknown engine '{choice}'", remedy=f"choose one of {', '.join(names)}")

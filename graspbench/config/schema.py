@@ -82,15 +82,16 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
     Raises:
         ConfigurationError: A YAML file sets a section or key that does not exist.
     """
-    complete: Tree = {"seed": int(tree.get("seed", 0))}
+    complete: Tree = {"seed": tree.get("seed", 0)}
     for section in section_names(primary):
         content = _mapping(tree.get(section), section)
         kind = section_type(section, content)
         name = {"name": content["name"]} if section == "index" else {}
         complete[section] = _merge(name | _defaults(kind), content, section)
     if "clik" in complete:
-        complete["clik"]["tasks"] = complete_tasks(complete["clik"]["tasks"])
-    unknown = sorted(set(tree) - set(complete) - {*NOT_SECTIONS})
+        tasks = _mapping(complete["clik"]["tasks"], TASKS_KEY)
+        complete["clik"]["tasks"] = complete_tasks(tasks)
+    unknown = sorted({str(key) for key in tree} - set(complete) - {*NOT_SECTIONS})
     if unknown:
         raise ConfigurationError(
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
@@ -117,7 +118,7 @@ def complete_tasks(tasks: Mapping[str, Any]) -> Tree:
     """
     from graspbench.manipulation import build_tasks
 
-    given = {name: dict(options or {}) for name, options in tasks.items()}
+    given = {name: _mapping(options, f"{TASKS_KEY}.{name}") for name, options in tasks.items()}
     complete = {}
     for name, task in build_tasks(given).items():
         kind = {"kind": given[name]["kind"]} if "kind" in given[name] else {}

@@ -40,6 +40,7 @@ from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.yaml_files import check_plain, read_yaml
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
@@ -230,15 +231,10 @@ def load_stored_config(path: Path, overrides: Sequence[str] = ()) -> TrialConfig
         ConfigurationError: There is no such file, it is no configuration, or a value cannot be used.
     """
     file = path / "config.yaml" if path.is_dir() else path
-    try:
-        tree = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigurationError(
-            f"the configuration {file} cannot be read ({str(error).splitlines()[0]})",
-            remedy="give a trial's config.yaml",
-        ) from error
+    tree = read_yaml(file)
     if not isinstance(tree, dict):
         raise ConfigurationError(f"{file} holds no configuration", remedy="give a trial's config.yaml")
+    check_plain(tree, "the configuration")
     in_hand = any(section in tree for section in MANIPULATION_SECTIONS)
     origin = {key: tree[key] for key in ("choice", "overridden") if key in tree}
     values = {str(key): value for key, value in tree.items() if key not in NOT_SECTIONS}
@@ -265,6 +261,7 @@ def _origin(tree: Mapping[str, Any]) -> dict[str, Any]:
 
 def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, Any]]:
     """Return the complete tree, and the parameters made from it by name."""
+    check_plain(tree, "the configuration")
     seed = tree.get("seed", 0)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise ConfigurationError(

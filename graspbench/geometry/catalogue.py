@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from graspbench.datasets import catalogue_files
@@ -26,6 +25,7 @@ from graspbench.geometry.naming import mesh_name
 from graspbench.geometry.shapes import make_shape
 from graspbench.geometry.shapes.registry import describe_first
 from graspbench.geometry.ycb import ycb_facts
+from graspbench.yaml_files import check_plain, read_yaml
 
 Colour = tuple[
     Annotated[float, Field(ge=0, le=1)],
@@ -131,7 +131,7 @@ def catalogue_entry(name: str) -> CatalogueEntry:
             f"unknown object '{name}'",
             remedy=f"choose one of {', '.join(entries)}, or set object.mesh",
         )
-    return _parse_entry(entries[name].read_text(encoding="utf-8"), f"{name}.yaml")
+    return _as_entry(read_yaml(entries[name]), f"{name}.yaml")
 
 
 def read_entry(path: str | Path) -> CatalogueEntry:
@@ -140,13 +140,7 @@ def read_entry(path: str | Path) -> CatalogueEntry:
     Raises:
         ConfigurationError: The file is missing or is not an entry.
     """
-    try:
-        text = Path(path).expanduser().read_text()
-    except (OSError, UnicodeDecodeError):
-        raise ConfigurationError(
-            f"the catalogue entry {path} cannot be read", remedy="check object.entry"
-        ) from None
-    return _parse_entry(text, str(path))
+    return _as_entry(read_yaml(Path(path).expanduser()), str(path))
 
 
 def load_object(parameters: ObjectParameters) -> ObjectModel:
@@ -267,13 +261,8 @@ def _build(description: Any) -> Body:
     return make_shape(_thawed(description)).build()
 
 
-def _parse_entry(text: str, where: str) -> CatalogueEntry:
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(
-            f"{where} is not YAML ({' '.join(str(error).split())[:80]})", remedy="correct the file"
-        ) from None
+def _as_entry(content: Any, where: str) -> CatalogueEntry:
+    check_plain(content, where)
     if not isinstance(content, Mapping):
         raise ConfigurationError(
             f"{where} is not a catalogue entry", remedy="give a mapping with name and shape"
