@@ -16,7 +16,7 @@ from pathlib import Path
 
 from graspbench.config.engine import EngineParameters
 from graspbench.config.trial_config import TrialConfig
-from graspbench.results.store import ResultStore
+from graspbench.results.store import ResultStore, writable
 from graspbench.sweep.watchdog import send
 from graspbench.trial.runner import Listener, failed_result, fault_file, run_and_store
 
@@ -140,8 +140,10 @@ def _private_memory() -> int:
 @contextmanager
 def _last_words(path: Path, timeout_s: float | None) -> Iterator[None]:
     """Leave a traceback in a file when the process is killed by a signal or by the time limit."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8") as stream:
+    with writable(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        opened = path.open("w", encoding="utf-8")
+    with opened as stream:
         faulthandler.enable(stream)
         if timeout_s is not None:
             early = max(0.9 * timeout_s, timeout_s - _TRACEBACK_BEFORE_TIMEOUT_S)

@@ -14,7 +14,7 @@ from graspbench.errors import InputError, TrialError
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, writable
+from graspbench.results.store import NO_ROOM, RESULT_FILE, SCHEMA_VERSION, ResultStore, no_room, writable
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.trial.clock import StageClock
 from graspbench.trial.header import executes, started_result
@@ -111,9 +111,12 @@ def run_and_store(
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
                 result = run_trial(config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage))
         except Exception as error:
+            if isinstance(error, OSError) and error.errno in NO_ROOM:
+                raise no_room(folder, error) from error  # the disk's failure, not the trial's
             if not contain and (isinstance(error, InputError) or not isinstance(error, TrialError)):
                 raise
-            (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
+            with writable(folder):
+                (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
             result = _unfinished(config, "failed", _reason(error))
         result = dataclasses.replace(result, provenance=provenance(started))
         with writable(folder):
@@ -127,7 +130,7 @@ def failed_result(
     """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
     result = dataclasses.replace(_unfinished(config, status, reason), provenance=provenance())
     remains = store.remains(config.trial_id)
-    with store.writing(config.trial_id) as folder:
+    with store.writing(config.trial_id) as folder, writable(folder):
         (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
             shutil.copyfile(log, folder / log.name)
