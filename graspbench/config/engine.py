@@ -37,7 +37,10 @@ class EngineParameters:
         Literal["slurm", "local"],
         Field(description="What takes the jobs; local: plain processes, to try engine=slurm without SLURM"),
     ] = "slurm"
-    partition: Annotated[str | None, Field(description="SLURM partition; null: the default one")] = None
+    partition: Annotated[
+        str | None,
+        Field(pattern=r"\A[\w.,+-]+\Z", description="SLURM partition; null: the default one"),
+    ] = None
     minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
     cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
     memory_gb: Annotated[float | None, Field(gt=0, description="Memory of a slurm job; null: default")] = None

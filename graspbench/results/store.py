@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from graspbench.errors import LogError, OutputError
-from graspbench.results.columns import parquet_bytes, results_frame
+from graspbench.results.columns import csv_text, parquet_bytes, results_frame
 from graspbench.results.migrations import SCHEMA_VERSION, migrate
 from graspbench.results.plain import result_from_plain
 from graspbench.results.trial_result import TrialResult
@@ -119,7 +119,7 @@ class ResultStore:
     def write_table(self) -> Path:
         """Rebuild ``trials.csv`` and ``trials.parquet`` from the results; return the former's path."""
         path, frame = self.root / TABLE_FILE, results_frame(self.results())
-        write_atomically(path, frame.to_csv(index=False))
+        write_atomically(path, csv_text(frame))
         write_atomically(path.with_suffix(".parquet"), parquet_bytes(frame))
         return path
 

@@ -10,17 +10,19 @@ from pathlib import Path
 from typing import Protocol
 
 from graspbench.config.trial_config import TrialConfig
-from graspbench.errors import InputError, TrialError
+from graspbench.errors import InputError, TrialError, sentence
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
 from graspbench.results.store import NO_ROOM, RESULT_FILE, SCHEMA_VERSION, ResultStore, no_room, writable
+from graspbench.results.traces import without_places
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.trial.clock import StageClock
 from graspbench.trial.header import executes, started_result
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
+_MAX_REASON = 1000
 
 Listener = Callable[[str, float], None]
 """Called with each stage's name and seconds."""
@@ -116,9 +118,9 @@ def run_and_store(
             if not contain and (isinstance(error, InputError) or not isinstance(error, TrialError)):
                 raise
             with writable(folder):
-                (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
+                (folder / ERROR_FILE).write_text(without_places(traceback.format_exc()), encoding="utf-8")
             result = _unfinished(config, "failed", _reason(error))
-        result = dataclasses.replace(result, provenance=provenance(started))
+        result = dataclasses.replace(result, provenance=provenance(started, config.record.host))
         with writable(folder):
             (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
@@ -128,14 +130,16 @@ def failed_result(
     config: TrialConfig, store: ResultStore, status: Status, reason: str, details: str | None = None
 ) -> TrialResult:
     """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
-    result = dataclasses.replace(_unfinished(config, status, reason), provenance=provenance())
+    result = dataclasses.replace(
+        _unfinished(config, status, reason), provenance=provenance(host=config.record.host)
+    )
     remains = store.remains(config.trial_id)
     with store.writing(config.trial_id) as folder, writable(folder):
         (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
             shutil.copyfile(log, folder / log.name)
         if details:
-            (folder / ERROR_FILE).write_text(details, encoding="utf-8")
+            (folder / ERROR_FILE).write_text(without_places(details), encoding="utf-8")
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
 
@@ -167,4 +171,4 @@ def _reason(error: Exception) -> str:
         return "memory: the trial needed more than its limit."
     if isinstance(error, InputError | TrialError):
         return str(error)
-    return f"unexpected {type(error).__name__}: {error}"
+    return without_places(f"unexpected {type(error).__name__}: {sentence(str(error), _MAX_REASON)}")
