@@ -39,7 +39,7 @@ class EngineParameters:
     ] = "slurm"
     partition: Annotated[
         str | None,
-        Field(pattern=r"\A[\w.,+-]+\Z", description="SLURM partition; null: the default one"),
+        Field(pattern=r"^[\w.,+-]+$", description="SLURM partition; null: the default one"),
     ] = None
     minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
     cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
