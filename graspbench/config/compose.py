@@ -68,15 +68,25 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     """
     options: dict[str, set[str]] = {}
     for root in filter(None, (CONF_DIR, config_dir)):
-        for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
-            group = path.parent.relative_to(root).as_posix()
+        for group, name in _own_options() if root == CONF_DIR else _options_in(Path(root)):
             if group in NO_TRIAL_GROUPS:
                 continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
-                options.setdefault(group, set()).add(path.stem)
+                options.setdefault(group, set()).add(name)
     for group, names in _options_without_file().items():
         options.setdefault(group, set()).update(names)
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
+
+
+def _options_in(root: Path) -> tuple[tuple[str, str], ...]:
+    """Return group and name of each option that has a file below a folder."""
+    files = [*root.glob("*/*.yaml"), *root.glob("*/*/*.yaml")]
+    return tuple((path.parent.relative_to(root).as_posix(), path.stem) for path in sorted(files))
+
+
+@lru_cache(maxsize=1)
+def _own_options() -> tuple[tuple[str, str], ...]:
+    return _options_in(CONF_DIR)
 
 
 def compose_tree(

@@ -45,6 +45,9 @@ from graspbench.yaml_files import check_plain, read_yaml
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
 
+# The dumper written in C, where there is one: the other takes as long as a small trial's planning.
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
 # What a trial writes does not define what it is.
 _NOT_IDENTITY = ("record",)
 
@@ -102,7 +105,7 @@ class TrialConfig:
     def as_yaml(self) -> str:
         """Return what ``config.yaml`` holds: the configuration, the choices and the overridden keys."""
         origin = {"choice": dict(self.choice), "overridden": list(self.overridden)}
-        text: str = yaml.safe_dump(self.as_tree() | origin, sort_keys=False, allow_unicode=True)
+        text: str = yaml.dump(self.as_tree() | origin, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
         return text
 
 

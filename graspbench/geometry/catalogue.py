@@ -261,6 +261,12 @@ def _build(description: Any) -> Body:
     return make_shape(_thawed(description)).build()
 
 
+@lru_cache(maxsize=1)
+def _entry_adapter() -> TypeAdapter[CatalogueEntry]:
+    """Return what validates an entry; to make one takes longer than to use it."""
+    return TypeAdapter(CatalogueEntry)
+
+
 def _as_entry(content: Any, where: str) -> CatalogueEntry:
     check_plain(content, where)
     if not isinstance(content, Mapping):
@@ -268,7 +274,7 @@ def _as_entry(content: Any, where: str) -> CatalogueEntry:
             f"{where} is not a catalogue entry", remedy="give a mapping with name and shape"
         )
     try:
-        return TypeAdapter(CatalogueEntry).validate_python({str(k): v for k, v in content.items()})
+        return _entry_adapter().validate_python({str(k): v for k, v in content.items()})
     except ValidationError as error:
         raise ConfigurationError(
             f"{where}: {describe_first(error)}", remedy="correct the catalogue entry"

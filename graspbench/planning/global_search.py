@@ -1,6 +1,5 @@
 """Global search: the best of all grasps on a reconstructed surface (thesis 3.6, serial approach)."""
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import Objective, make_objective
 from graspbench.planning.search.referee import Referee
 from graspbench.reconstruction.surface import Surface
+from graspbench.threads import threads_available
 
 GlobalMeasure: TypeAlias = Literal["q1", "q2", "q3", "mirtich_canny"]
 
@@ -236,7 +236,7 @@ def _branch_and_bound(problem: _Problem, starts: Sequence[Grasp]) -> GlobalResul
     progress = branch_and_bound(
         layout, objective, problem.n_f, accept,
         gap=search.gap,
-        threads=search.threads or len(os.sched_getaffinity(0)),
+        threads=search.threads or threads_available(),
         out_of_time=problem.out_of_time,
         start=Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf),
     )  # fmt: skip

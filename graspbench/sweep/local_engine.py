@@ -16,6 +16,7 @@ from graspbench.results.store import ResultStore
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.sweep.watchdog import Watchdog
 from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
+from graspbench.threads import single_threaded_pools
 from graspbench.trial.runner import failed_result, fault_file
 
 _WAIT_S = 0.2
@@ -43,7 +44,7 @@ def run_local(
     context.set_forkserver_preload(list(PRELOADED))
     _start_forkserver()
     watchdog = Watchdog(context, limits.memory_mb)
-    about = (os.getpid(), watchdog.line)
+    about = (os.getpid(), watchdog.line, jobs)
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=about)
     running: dict[Any, PendingTrial] = {}
     try:
@@ -100,7 +101,8 @@ def _start_forkserver() -> None:
     resource_tracker.ensure_running()  # here, since its start lets Ctrl-C through again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        forkserver.ensure_running()
+        with single_threaded_pools():
+            forkserver.ensure_running()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

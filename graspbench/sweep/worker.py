@@ -18,6 +18,7 @@ from graspbench.config.engine import EngineParameters
 from graspbench.config.trial_config import TrialConfig
 from graspbench.results.store import ResultStore, writable
 from graspbench.sweep.watchdog import send
+from graspbench.threads import share_threads
 from graspbench.trial.runner import Listener, failed_result, fault_file, run_and_store
 
 PRELOADED = ("graspbench.sweep.worker", "graspbench.trial.pipeline")
@@ -57,12 +58,13 @@ class Limits:
     silence_s: float = EngineParameters.silence_s
 
 
-def start_worker(sweep_process: int, line: Connection | None = None) -> None:
+def start_worker(sweep_process: int, line: Connection | None = None, jobs: int = 1) -> None:
     """Prepare a worker process: load everything, leave Ctrl-C to the sweep, never outlive it.
 
     Args:
         sweep_process: The process that runs the sweep.
         line: Where to tell the watchdog what is done.
+        jobs: Workers of the sweep, which share the cores.
     """
     global _line
     _line = line
@@ -71,6 +73,8 @@ def start_worker(sweep_process: int, line: Connection | None = None) -> None:
     threading.Thread(target=_die_with, args=(sweep_process,), daemon=True).start()
     with contextlib.suppress(Exception):  # else workers would be started for ever; the trial will say why
         import graspbench.trial.pipeline  # noqa: F401  loads every stage
+
+        share_threads(jobs)
 
 
 def _die_with(process: int) -> None:

@@ -55,7 +55,7 @@ def test_a_formula_in_the_table_is_text(cli, tmp_path):
 def test_a_partition_is_one_word(partition):
     with pytest.raises(ConfigurationError):
         load_engine(["engine=slurm", f"engine.partition='{partition}'"])
-    assert load_engine(["engine=slurm", "engine.partition=gpu-1,long_2"]).partition == "gpu-1,long_2"
+    assert load_engine(["engine=slurm", "engine.partition=gpu-1_long"]).partition == "gpu-1_long"
 
 
 def test_places_are_told_from_what_stands_in_them():
