@@ -1,6 +1,9 @@
 """The ``graspbench`` command and how its errors reach the user."""
 
+import contextlib
 import importlib
+import io
+import os
 import sys
 from typing import Annotated
 
@@ -65,21 +68,56 @@ def options(
 
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
+    _open_streams()
     end_on_signals()
     try:
-        app()
+        try:
+            app()
+        finally:
+            _flush()
     except GraspbenchError as error:
         print(f"graspbench: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except UnicodeError as error:  # a name that no file can have
+        print(f"graspbench: a text cannot be used ({error}).", file=sys.stderr)
+        sys.exit(2)
     except OSError as error:  # a disk that is full, a folder without rights: the user's to mend
         print(f"graspbench: {_told(error)}.", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:
         print("graspbench: interrupted.", file=sys.stderr)
         sys.exit(130)
+
+
+def _open_streams() -> None:
+    """Make sure that the standard streams are there, and that they take any character.
+
+    A closed one would give its number to the next file that is opened, which would then be printed into.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+            if getattr(sys, name) is None:
+                setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flush() -> None:
+    """Write what is still to be printed now, while a failure can be told."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # Nothing more of it can be written: the interpreter must not try again as it ends.
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        raise
 
 
 def _told(error: OSError) -> str:

@@ -29,9 +29,13 @@ def info(path: LogFile, as_json: Json = False) -> None:
         for topic, count in sorted(found.messages.items())
     ]
     print_rows(rows, title=str(path))
-    state = "complete" if found.complete else "cut off: 'graspbench log recover' saves what is there"
+    state = (
+        "complete" if found.complete else "cut off or damaged: 'graspbench log recover' saves what is there"
+    )
     out.print(f"{found.message_count} messages over {found.duration_s:.2f} s, {state}")
     out.print(f"attached: {', '.join(found.attachments) or 'nothing'}")
+    for lost in found.lost:
+        out.print(f"lost: {lost}")
 
 
 @app.command("recover")
@@ -41,12 +45,14 @@ def recover(
         Path | None, typer.Option("--output", "-o", help="The whole log to write.", show_default=False)
     ] = None,
 ) -> None:
-    """Save every complete message of a log that was cut off."""
+    """Save all that is readable of a log that was cut off or damaged, and say what is lost."""
     from graspbench.cli.printing import out
     from graspbench.record import recover_log
 
     saved = recover_log(path, output)
     out.print(f"{saved.message_count} messages saved in {saved.path}")
+    for lost in saved.lost:
+        out.print(f"lost: {lost}")
 
 
 @app.command("layout")

@@ -39,10 +39,12 @@ def run(
 
 def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
-    from graspbench.cli.printing import print_json, print_stage
+    from graspbench.cli.printing import err, print_json, print_stage
     from graspbench.experiment import ResultStore, run_and_store
 
     store = ResultStore(output)
+    if config.warning is not None:
+        err.print(config.warning)
     started = time.perf_counter()
 
     def show_stage(stage: str, seconds: float) -> None:

@@ -1,5 +1,6 @@
 """``graspbench sweep``: a grid of trials."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -58,6 +59,8 @@ def sweep(
         return
     new = sum(trial.state == "new" for trial in trials)
     err.print(f"{len(trials)} trials: {new} to run, {len(trials) - new} there already")
+    for warning in dict.fromkeys(filter(None, (trial.config.warning for trial in trials[:1]))):
+        err.print(warning)
     try:
         _run(trials, new, store, options)
     finally:
@@ -100,4 +103,4 @@ def _print_outcome(results: "list[TrialResult]", total: int, output: Path) -> No
         counts["not run"] = total - len(results)
     out.print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
     out.print(f"results   {output / 'trials.csv'}")
-    out.print(f"next      graspbench report {output}")
+    out.print(f"next      {shlex.join(['graspbench', 'report', str(output)])}")

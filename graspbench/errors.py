@@ -1,6 +1,11 @@
 """The tree of errors: one sentence for the reader, the data for the program."""
 
+import reprlib
 from typing import Any
+
+_MAX_WHAT = 500
+_MAX_REMEDY = 2000
+_ELLIPSIS = " ... "
 
 
 class GraspbenchError(Exception):
@@ -15,13 +20,36 @@ class GraspbenchError(Exception):
     exit_code = 1
 
     def __init__(self, what: str, *, remedy: str | None = None, **data: Any) -> None:
-        self.what = what
-        self.remedy = remedy
+        self.what = sentence(what, _MAX_WHAT)
+        self.remedy = None if remedy is None else sentence(remedy, _MAX_REMEDY)
         self.data = data
-        super().__init__(f"{what}: {remedy}." if remedy else f"{what}.")
+        super().__init__(f"{self.what}: {self.remedy}." if self.remedy else f"{self.what}.")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (type(self), self.what, self.remedy, self.data)
+
+
+def sentence(text: str, longest: int) -> str:
+    """Return text as one line: what cannot be printed is escaped, the middle of long text is left out."""
+    if len(text) > longest:
+        head = 2 * longest // 3
+        text = text[:head] + _ELLIPSIS + text[len(text) - (longest - head) :]
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)
+
+
+def shown(value: object) -> str:
+    """Return how a value that cannot be used is quoted, as far as a sentence has room for it."""
+    try:
+        return _BRIEF.repr(value)
+    except ValueError:  # a whole number of thousands of digits
+        return "a number of thousands of digits"
+
+
+_BRIEF = reprlib.Repr()
+_BRIEF.maxstring = _BRIEF.maxother = _BRIEF.maxlong = 80
+_BRIEF.maxlevel = 3
 
 
 def _rebuild(

@@ -14,15 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
+from hydra._internal.config_repository import ConfigRepository
 from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.types import Override
-from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 import graspbench.conf
 from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, keys_of
+from graspbench.config.option_files import check_option_files, has_resolver
 from graspbench.config.overrides import first_line, parse_overrides
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
@@ -32,7 +33,7 @@ from graspbench.config.schema import (
     complete_with_defaults,
     follow,
 )
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import list_objects
 from graspbench.planning.index import INDICES
 
@@ -68,15 +69,25 @@ def group_options(config_dir: Path | None = None, primary: Primary = "config") -
     """
     options: dict[str, set[str]] = {}
     for root in filter(None, (CONF_DIR, config_dir)):
-        for path in sorted([*Path(root).glob("*/*.yaml"), *Path(root).glob("*/*/*.yaml")]):
-            group = path.parent.relative_to(root).as_posix()
+        for group, name in _own_options() if root == CONF_DIR else _options_in(Path(root)):
             if group in NO_TRIAL_GROUPS:
                 continue
             if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
-                options.setdefault(group, set()).add(path.stem)
+                options.setdefault(group, set()).add(name)
     for group, names in _options_without_file().items():
         options.setdefault(group, set()).update(names)
     return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
+
+
+def _options_in(root: Path) -> tuple[tuple[str, str], ...]:
+    """Return group and name of each option that has a file below a folder."""
+    files = [*root.glob("*/*.yaml"), *root.glob("*/*/*.yaml")]
+    return tuple((path.parent.relative_to(root).as_posix(), path.stem) for path in sorted(files))
+
+
+@lru_cache(maxsize=1)
+def _own_options() -> tuple[tuple[str, str], ...]:
+    return _options_in(CONF_DIR)
 
 
 def compose_tree(
@@ -166,6 +177,12 @@ def _resolved(tree: Tree) -> Tree:
     """Return a tree with its interpolations filled in; most have none, and looking is much faster."""
     if "${" not in repr(tree):
         return copy.deepcopy(tree)
+    for key, value in flatten(tree):
+        if has_resolver(value):
+            raise ConfigurationError(
+                f"{key} = {shown(value)} cannot be used",
+                remedy="only other keys may stand in ${...}: a trial must not depend on where it runs",
+            )
     try:
         resolved = OmegaConf.to_container(OmegaConf.create(tree), resolve=True)
     except OmegaConfBaseException as error:
@@ -201,21 +218,37 @@ def _compose_groups(
     _store_options_without_file(config_dir)
     overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
-        overrides.append(f"hydra.searchpath=[file://{config_dir.resolve()}]")
+        check_option_files(config_dir)
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
+            if config_dir is not None:
+                _search_too(config_dir)
             found = compose(primary, overrides=overrides, return_hydra_config=True)
             chosen = _choices(found.hydra.runtime.choices)
             sections: Any = [key for key in found if key != "hydra"]
             composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
-    except (HydraException, OmegaConfBaseException) as error:
+    except RecursionError as error:
+        raise ConfigurationError(
+            "the configuration's defaults include themselves", remedy="correct the files of --config-dir"
+        ) from error
+    except Exception as error:  # Hydra raises errors of many kinds over files that are not as it expects
         raise ConfigurationError(
             f"the configuration cannot be composed ({first_line(error)})",
             remedy="look at it with 'graspbench config'",
         ) from error
     assert isinstance(composed, dict)
     return {str(key): value for key, value in composed.items()}, chosen
+
+
+def _search_too(config_dir: Path) -> None:
+    """Let Hydra find the user's files as well, whatever characters their folder's path has."""
+    loader = GlobalHydra.instance().config_loader()
+    path: Any = loader.get_search_path()
+    path.append("user", f"file://{config_dir.resolve()}")
+    entries = path.get_path()
+    entries[-2:] = entries[:-3:-1]  # Hydra wants its own schemas to be last
+    vars(loader)["repository"] = ConfigRepository(config_search_path=path)
 
 
 # An experiment's keys are those of the whole configuration, whatever its file says of a package.

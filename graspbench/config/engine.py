@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from pydantic import Field, TypeAdapter, ValidationError
 
 from graspbench.config.compose import CONF_DIR
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, shown
+from graspbench.yaml_files import check_plain, read_yaml
 
 GROUP = "engine"
 
@@ -37,10 +37,21 @@ class EngineParameters:
         Literal["slurm", "local"],
         Field(description="What takes the jobs; local: plain processes, to try engine=slurm without SLURM"),
     ] = "slurm"
-    partition: Annotated[str | None, Field(description="SLURM partition; null: the default one")] = None
+    partition: Annotated[
+        str | None,
+        Field(pattern=r"^[\w.,+-]+$", description="SLURM partition; null: the default one"),
+    ] = None
     minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
     cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
     memory_gb: Annotated[float | None, Field(gt=0, description="Memory of a slurm job; null: default")] = None
+    silence_s: Annotated[
+        float,
+        Field(
+            ge=1,
+            le=604_800,
+            description="A worker is ended whose trial ends no stage for search.time_limit_s and so long, s",
+        ),
+    ] = 1800.0
     poll_s: Annotated[float, Field(ge=0.1, le=60, description="How often slurm is asked about jobs, s")] = 2.0
 
 
@@ -87,7 +98,8 @@ def load_engine(
         first = error.errors()[0]
         key = ".".join([GROUP, *(str(part) for part in first["loc"])])
         raise ConfigurationError(
-            f"{key} = {first['input']!r} cannot be used", remedy=first["msg"][:1].lower() + first["msg"][1:]
+            f"{key} = {shown(first['input'])} cannot be used",
+            remedy=first["msg"][:1].lower() + first["msg"][1:],
         ) from error
 
 
@@ -107,6 +119,10 @@ def _option(choice: str, config_dir: Path | None) -> dict[str, Any]:
     for root in roots:
         path = root / GROUP / f"{choice}.yaml"
         if path.is_file():
-            return dict(yaml.safe_load(path.read_text(encoding="utf-8")) or {})
+            content = read_yaml(path)
+            if not isinstance(content, dict | None):
+                raise ConfigurationError(f"{path} is no mapping of options", remedy="write KEY: VALUE lines")
+            check_plain(content, GROUP)
+            return {str(key): value for key, value in (content or {}).items()}
     names = sorted({path.stem for root in roots for path in (root / GROUP).glob("*.yaml")})
     raise ConfigurationError(f"unknown engine '{choice}'", remedy=f"choose one of {', '.join(names)}")

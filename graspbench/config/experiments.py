@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
 from hydra.core.override_parser.types import Override
 
 from graspbench.errors import ConfigurationError
+from graspbench.yaml_files import read_yaml
 
 EXPERIMENT = "experiment"
 GRIDS = "grids"
@@ -74,6 +74,6 @@ def _content(name: str | None, roots: Roots) -> dict[str, Any] | None:
     for root in roots if name else ():
         path = Path(root) / EXPERIMENT / f"{name}.yaml" if root is not None else None
         if path is not None and path.is_file():
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
+            content = read_yaml(path)
             return content if isinstance(content, dict) else None
     return None

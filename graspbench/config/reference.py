@@ -9,6 +9,7 @@ from typing import Any, Literal, Union
 import yaml
 from pydantic.fields import FieldInfo
 
+from graspbench.config.bounds import bounds_of, is_whole
 from graspbench.config.compose import CONF_DIR, group_options
 from graspbench.config.engine import EngineParameters
 from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
@@ -81,7 +82,7 @@ def _described(kind: type, prefix: str) -> Iterator[tuple[str, tuple[str, str, s
         if dataclasses.is_dataclass(hint) and isinstance(hint, type):
             yield from _described(hint, key)
             continue
-        bounds = ", ".join(str(item) for item in _bounds(info))
+        bounds = ", ".join(str(item) for item in (*_bounds(info), *_unit_bounds(field.name, hint, info)))
         shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}"
         yield key, (shown, info.description if info and info.description else "", _yaml(default))
 
@@ -99,6 +100,16 @@ def _bounds(info: FieldInfo | None) -> Iterator[str]:
         for name, sign in signs.items():
             if getattr(item, name, None) is not None:
                 yield f"{sign} {getattr(item, name):g}"
+
+
+def _unit_bounds(name: str, hint: Any, info: FieldInfo | None) -> Iterator[str]:
+    """Yield the bounds that a number has by its unit, where its own field has none."""
+    if not {int, float} & {hint, *typing.get_args(hint)}:
+        return
+    own, bounds = list(_bounds(info)), bounds_of(name, is_whole(hint), info)
+    if not any(text[0] in "<≤" for text in own):
+        unlimited_below = not any(text[0] in ">≥" for text in own)
+        yield f"≤ {'±' if unlimited_below else ''}{bounds.high:g}"
 
 
 def _type_name(hint: Any) -> str:

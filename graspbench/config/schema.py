@@ -14,7 +14,8 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
-from graspbench.errors import ConfigurationError
+from graspbench.config.bounds import check_bounds
+from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
 from graspbench.hand import HandParameters
@@ -81,15 +82,16 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
     Raises:
         ConfigurationError: A YAML file sets a section or key that does not exist.
     """
-    complete: Tree = {"seed": int(tree.get("seed", 0))}
+    complete: Tree = {"seed": tree.get("seed", 0)}
     for section in section_names(primary):
         content = _mapping(tree.get(section), section)
         kind = section_type(section, content)
         name = {"name": content["name"]} if section == "index" else {}
         complete[section] = _merge(name | _defaults(kind), content, section)
     if "clik" in complete:
-        complete["clik"]["tasks"] = complete_tasks(complete["clik"]["tasks"])
-    unknown = sorted(set(tree) - set(complete) - {*NOT_SECTIONS})
+        tasks = _mapping(complete["clik"]["tasks"], TASKS_KEY)
+        complete["clik"]["tasks"] = complete_tasks(tasks)
+    unknown = sorted({str(key) for key in tree} - set(complete) - {*NOT_SECTIONS})
     if unknown:
         raise ConfigurationError(
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
@@ -102,7 +104,7 @@ def _mapping(content: Any, section: str) -> Tree:
         return {}
     if not isinstance(content, Mapping):
         raise ConfigurationError(
-            f"the section '{section}' is no mapping of options but {str(content)[:40]!r}",
+            f"the section '{section}' is no mapping of options but {shown(content)}",
             remedy=f"write its options below it, or 'override /{section}: NAME' among the defaults",
         )
     return {str(key): value for key, value in content.items()}
@@ -134,7 +136,7 @@ def complete_tasks(tasks: Mapping[str, Any]) -> Tree:
     """
     from graspbench.manipulation import build_tasks
 
-    given = {name: dict(options or {}) for name, options in tasks.items()}
+    given = {name: _mapping(options, f"{TASKS_KEY}.{name}") for name, options in tasks.items()}
     complete = {}
     for name, task in build_tasks(given).items():
         kind = {"kind": given[name]["kind"]} if "kind" in given[name] else {}
@@ -151,16 +153,18 @@ def validate_section(section: str, content: Mapping[str, Any]) -> Any:
     kind = section_type(section, content)
     values = {key: value for key, value in content.items() if (section, key) != ("index", "name")}
     try:
-        return _adapter(kind).validate_python(values)
+        parameters = _adapter(kind).validate_python(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join([section, *(str(part) for part in first["loc"])])
         raise ConfigurationError(
-            f"{key} = {first['input']!r} cannot be used",
+            f"{key} = {shown(first['input'])} cannot be used",
             remedy=first["msg"][:1].lower() + first["msg"][1:],
             key=key,
             value=first["input"],
         ) from error
+    check_bounds(section, parameters)
+    return parameters
 
 
 @cache

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import yaml
 
+from graspbench.config import cost
+from graspbench.config.bounds import MAX_SEED
 from graspbench.config.compose import (
     Composed,
     Tree,
@@ -27,7 +29,7 @@ from graspbench.config.schema import (
     validate_section,
 )
 from graspbench.config.user_files import file_digests
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
 from graspbench.grasp.measure import MEASURES
@@ -39,9 +41,13 @@ from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.yaml_files import check_plain, read_yaml
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
+
+# The dumper written in C, where there is one: the other takes as long as a small trial's planning.
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 # What a trial writes does not define what it is.
 _NOT_IDENTITY = ("record",)
@@ -88,6 +94,11 @@ class TrialConfig:
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
+    @property
+    def warning(self) -> str | None:
+        """What to say before the trial begins, when it is going to take long."""
+        return cost.warning(vars(self))
+
     def as_tree(self) -> Tree:
         """Return the configuration as plain values."""
         return dict(self.tree)
@@ -95,7 +106,7 @@ class TrialConfig:
     def as_yaml(self) -> str:
         """Return what ``config.yaml`` holds: the configuration, the choices and the overridden keys."""
         origin = {"choice": dict(self.choice), "overridden": list(self.overridden)}
-        text: str = yaml.safe_dump(self.as_tree() | origin, sort_keys=False, allow_unicode=True)
+        text: str = yaml.dump(self.as_tree() | origin, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
         return text
 
 
@@ -224,15 +235,10 @@ def load_stored_config(path: Path, overrides: Sequence[str] = ()) -> TrialConfig
         ConfigurationError: There is no such file, it is no configuration, or a value cannot be used.
     """
     file = path / "config.yaml" if path.is_dir() else path
-    try:
-        tree = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigurationError(
-            f"the configuration {file} cannot be read ({str(error).splitlines()[0]})",
-            remedy="give a trial's config.yaml",
-        ) from error
+    tree = read_yaml(file)
     if not isinstance(tree, dict):
         raise ConfigurationError(f"{file} holds no configuration", remedy="give a trial's config.yaml")
+    check_plain(tree, "the configuration")
     in_hand = any(section in tree for section in MANIPULATION_SECTIONS)
     origin = {key: tree[key] for key in ("choice", "overridden") if key in tree}
     values = {str(key): value for key, value in tree.items() if key not in NOT_SECTIONS}
@@ -259,11 +265,15 @@ def _origin(tree: Mapping[str, Any]) -> dict[str, Any]:
 
 def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, Any]]:
     """Return the complete tree, and the parameters made from it by name."""
+    check_plain(tree, "the configuration")
     seed = tree.get("seed", 0)
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ConfigurationError(f"seed = {seed!r} cannot be used", remedy="give a whole number from 0 on")
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
+        raise ConfigurationError(
+            f"seed = {shown(seed)} cannot be used", remedy=f"give a whole number from 0 to {MAX_SEED}"
+        )
     complete = follow(complete_with_defaults(tree, primary))
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
+    cost.check_cost(parts)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:

@@ -37,8 +37,16 @@ def file_digests(item: ObjectParameters, scene: SceneParameters, hand: HandParam
     return {
         label: _digest(str(path), path.stat().st_mtime_ns, path.stat().st_size)
         for label, path in (*_object_files(item), *_scene_files(scene), *_hand_files(hand))
-        if path.is_file()
+        if _is_file(path)
     }
+
+
+def _is_file(path: Path) -> bool:
+    """Tell whether there is such a file; there is none whose name is too long to have one."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def _object_files(item: ObjectParameters) -> Iterator[tuple[str, Path]]:
@@ -67,7 +75,7 @@ def _scene_files(scene: SceneParameters) -> Iterator[tuple[str, Path]]:
     yield "scene.table", Path(scene.table).expanduser()
     if scene.source == "images" and scene.images_dir is not None:
         folder = Path(scene.images_dir).expanduser()
-        if folder.is_dir():
+        with contextlib.suppress(OSError):  # whoever reads it next says so
             found = sorted(path for path in folder.rglob("*") if not path.name.startswith("."))
             for path in found[:_MAX_FILES]:
                 yield f"scene.images_dir:{path.relative_to(folder).as_posix()}", path
@@ -85,7 +93,7 @@ def _hand_files(hand: HandParameters) -> Iterator[tuple[str, Path]]:
     for name in sorted(set(_MESH_REFERENCE.findall(text))):
         relative = name.removeprefix(SCHEME).removeprefix("file://")
         for folder in (urdf.parent, *folders):
-            if (folder / relative).is_file():
+            if _is_file(folder / relative):
                 yield f"hand.urdf:{name}", folder / relative
                 break
 

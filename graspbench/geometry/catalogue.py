@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
-import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from graspbench.datasets import catalogue_files
@@ -15,6 +15,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.geometry.frames import Axis
 from graspbench.geometry.object_parameters import Colour
 from graspbench.geometry.shapes.registry import describe_first
+from graspbench.yaml_files import check_plain, read_yaml
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def catalogue_entry(name: str) -> CatalogueEntry:
             f"unknown object '{name}'",
             remedy=f"choose one of {', '.join(entries)}, or set object.mesh",
         )
-    return _parse_entry(entries[name].read_text(encoding="utf-8"), f"{name}.yaml")
+    return _as_entry(read_yaml(entries[name]), f"{name}.yaml")
 
 
 def read_entry(path: str | Path) -> CatalogueEntry:
@@ -68,28 +69,23 @@ def read_entry(path: str | Path) -> CatalogueEntry:
     Raises:
         ConfigurationError: The file is missing or is not an entry.
     """
-    try:
-        text = Path(path).expanduser().read_text()
-    except (OSError, UnicodeDecodeError):
-        raise ConfigurationError(
-            f"the catalogue entry {path} cannot be read", remedy="check object.entry"
-        ) from None
-    return _parse_entry(text, str(path))
+    return _as_entry(read_yaml(Path(path).expanduser()), str(path))
 
 
-def _parse_entry(text: str, where: str) -> CatalogueEntry:
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(
-            f"{where} is not YAML ({' '.join(str(error).split())[:80]})", remedy="correct the file"
-        ) from None
+@lru_cache(maxsize=1)
+def _entry_adapter() -> TypeAdapter[CatalogueEntry]:
+    """Return what validates an entry; to make one takes longer than to use it."""
+    return TypeAdapter(CatalogueEntry)
+
+
+def _as_entry(content: Any, where: str) -> CatalogueEntry:
+    check_plain(content, where)
     if not isinstance(content, Mapping):
         raise ConfigurationError(
             f"{where} is not a catalogue entry", remedy="give a mapping with name and shape"
         )
     try:
-        return TypeAdapter(CatalogueEntry).validate_python({str(k): v for k, v in content.items()})
+        return _entry_adapter().validate_python({str(k): v for k, v in content.items()})
     except ValidationError as error:
         raise ConfigurationError(
             f"{where}: {describe_first(error)}", remedy="correct the catalogue entry"

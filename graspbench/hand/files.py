@@ -8,6 +8,7 @@ from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
+from graspbench.cache import user_cache
 from graspbench.errors import HandError
 
 SCHEME = "package://"
@@ -67,7 +68,7 @@ def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
     Args:
         text: The URDF.
         stem: First part of the file's name.
-        folder: Where to write; the system's folder for temporary files by default.
+        folder: Where to write; the user's cache folder by default.
 
     Returns:
         Path of the file; the same content gives the same path, so that runs can share it.
@@ -76,7 +77,7 @@ def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
         HandError: The file cannot be written.
     """
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    target = folder or Path(tempfile.gettempdir()) / f"graspbench-hands-{os.getuid()}"
+    target = folder or user_cache("hands")
     path = target / f"{stem}_{digest}.urdf"
     try:
         if path.is_file() and path.read_text() == text:
@@ -90,7 +91,7 @@ def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
     except OSError as error:
         raise HandError(
             f"the hand's URDF cannot be written to '{target}' ({error.strerror})",
-            remedy="make the folder writable or set TMPDIR",
+            remedy="make the folder writable or set XDG_CACHE_HOME",
             path=str(path),
         ) from error
     return path

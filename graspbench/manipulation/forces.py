@@ -23,7 +23,9 @@ class ForceParameters:
     torsion_m: Annotated[
         float, Field(ge=0, description="Largest torque about the normal of a soft finger per unit force, m")
     ] = 0.005
-    cone_edges: Annotated[int, Field(ge=3, description="Edges of the pyramid inside a friction cone")] = 8
+    cone_edges: Annotated[
+        int, Field(ge=3, le=64, description="Edges of the pyramid inside a friction cone")
+    ] = 8
     minimum_n: Annotated[float, Field(ge=0, description="Least normal force of a contact, N")] = 0.1
     maximum_n: Annotated[float, Field(gt=0, description="Largest normal force of a contact, N")] = 50.0
 

@@ -20,10 +20,14 @@ class CameraParameters:
 
     width: Annotated[int, Field(ge=32, le=4096, description="Image columns")] = 640
     height: Annotated[int, Field(ge=32, le=4096, description="Image rows")] = 480
-    fx: Annotated[float, Field(gt=0, description="Focal length along u, pixels")] = 750.0
-    fy: Annotated[float, Field(gt=0, description="Focal length along v, pixels")] = 750.0
-    cx: Annotated[float | None, Field(description="Principal point u, pixels; null = width / 2")] = None
-    cy: Annotated[float | None, Field(description="Principal point v, pixels; null = height / 2")] = None
+    fx: Annotated[float, Field(gt=0, le=1e5, description="Focal length along u, pixels")] = 750.0
+    fy: Annotated[float, Field(gt=0, le=1e5, description="Focal length along v, pixels")] = 750.0
+    cx: Annotated[
+        float | None, Field(ge=-1e5, le=1e5, description="Principal point u, pixels; null = width / 2")
+    ] = None
+    cy: Annotated[
+        float | None, Field(ge=-1e5, le=1e5, description="Principal point v, pixels; null = height / 2")
+    ] = None
     distortion: Annotated[
         tuple[float, float, float, float, float],
         Field(description="Lens distortion after Brown and Conrady: k1, k2, p1, p2, k3"),

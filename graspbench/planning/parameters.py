@@ -82,7 +82,8 @@ class RefineParameters:
     """How long a grasp is refined."""
 
     jumps: Annotated[
-        int, Field(ge=0, description="Jumps in a row that lead to nothing better, after which to stop")
+        int,
+        Field(ge=0, le=1000, description="Jumps in a row that lead to nothing better, after which to stop"),
     ] = 6
     draws: Annotated[int, Field(ge=1, description="Random grasps, the best of which a jump goes to")] = 1000
     jump_down: Annotated[
@@ -125,7 +126,7 @@ class PlannerParameters:
         Field(description="lockstep: a surface step, then the planner's; concurrent: both at the same time"),
     ] = "lockstep"
     rotations: Annotated[
-        int, Field(ge=1, description="Rotations of the first equilateral grasp to try in each plane")
+        int, Field(ge=1, le=360, description="Rotations of the first equilateral grasp to try in each plane")
     ] = 6
     planes: Annotated[
         int,
@@ -135,6 +136,7 @@ class PlannerParameters:
         int,
         Field(
             ge=1,
+            le=5000,
             description="Grasps that follow the surface until it rests; 1: the thesis' single one",
         ),
     ] = 48
@@ -142,7 +144,7 @@ class PlannerParameters:
         bool, Field(description="Plan by multi-start on the finished surface too (restarted.*)")
     ] = False
     candidates: Annotated[
-        int, Field(ge=1, description="Grasps, the hand included, to choose the best from")
+        int, Field(ge=1, le=1000, description="Grasps, the hand included, to choose the best from")
     ] = 4
     select: Annotated[
         Literal["first", "index", "quality"],
@@ -152,7 +154,7 @@ class PlannerParameters:
         ),
     ] = "index"
     max_moves: Annotated[
-        int, Field(ge=1, description="Moves on one surface after which the planner gives up")
+        int, Field(ge=1, le=100_000, description="Moves on one surface after which the planner gives up")
     ] = 500
     wrist_moves: Annotated[
         int, Field(ge=1, description="Moves after which the wrist follows the fingers")

@@ -14,6 +14,7 @@ from mcap_protobuf.schema import build_file_descriptor_set
 
 from graspbench.record.channels import CHANNELS
 
+_SCORES = "graspbench.Scores"
 _SCORES_SCHEMA = {"type": "object", "additionalProperties": {"type": ["number", "boolean", "string", "null"]}}
 
 
@@ -64,18 +65,20 @@ class ChunkedFile:
 
     def _channel(self, topic: str) -> int:
         if topic not in self._channels:
-            channel = CHANNELS[topic]
-            if channel.message is None:
-                encoding = MessageEncoding.JSON
-                schema = ("graspbench.Scores", SchemaEncoding.JSONSchema, json.dumps(_SCORES_SCHEMA).encode())
-            else:
-                encoding = MessageEncoding.Protobuf
-                descriptors = build_file_descriptor_set(channel.message)
-                name = channel.message.DESCRIPTOR.full_name
-                schema = (name, SchemaEncoding.Protobuf, descriptors.SerializeToString(deterministic=True))
+            encoding, schema = encoding_of(topic)
             if schema[0] not in self._schemas:
                 self._schemas[schema[0]] = self._writer.register_schema(*schema)
             self._channels[topic] = self._writer.register_channel(
-                topic, encoding, self._schemas[schema[0]], {"description": channel.description}
+                topic, encoding, self._schemas[schema[0]], {"description": CHANNELS[topic].description}
             )
         return self._channels[topic]
+
+
+def encoding_of(topic: str) -> tuple[str, tuple[str, str, bytes]]:
+    """Return how messages of a topic of `CHANNELS` are written, and their schema: name, encoding, data."""
+    channel = CHANNELS[topic]
+    if channel.message is None:
+        return MessageEncoding.JSON, (_SCORES, SchemaEncoding.JSONSchema, json.dumps(_SCORES_SCHEMA).encode())
+    descriptors = build_file_descriptor_set(channel.message)
+    data = descriptors.SerializeToString(deterministic=True)
+    return MessageEncoding.Protobuf, (channel.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, data)

@@ -27,4 +27,5 @@ class RecordParameters:
     print: Annotated[
         bool, Field(description="Draw them for print: 300 dots an inch, PDF and SVG beside PNG")
     ] = False
+    host: Annotated[bool, Field(description="Name the machine in the result")] = False
     titles: Annotated[bool, Field(description="Write a title and the measures into the pictures")] = False

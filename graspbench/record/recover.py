@@ -1,20 +1,19 @@
 """Reading logs back: what is in one, and what can be saved of a broken one."""
 
+import dataclasses
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer
 
 from graspbench.errors import LogError
-
-_MAGIC = b"\x89MCAP0\r\n"
-_LARGEST = 1 << 30
+from graspbench.record.channels import CHANNELS
+from graspbench.record.chunked_file import encoding_of
+from graspbench.record.damaged import Damage, read_records
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,7 @@ class LogInfo:
         duration_s: Time between the first and the last message.
         attachments: Names and texts of the attachments.
         metadata: Key-value pairs by name.
+        lost: What could not be read, in words.
     """
 
     path: Path
@@ -42,6 +42,7 @@ class LogInfo:
     duration_s: float
     attachments: dict[str, str]
     metadata: dict[str, dict[str, str]]
+    lost: tuple[str, ...] = ()
 
     @property
     def message_count(self) -> int:
@@ -51,16 +52,42 @@ class LogInfo:
 
 @dataclass
 class _Content:
-    """What was read before the end, or before the damage."""
+    """What a file holds, whichever way it comes.
+
+    Attributes:
+        schemas: By id.
+        channels: By id.
+        damage: What could not be read.
+        counts: Messages by channel id.
+    """
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    damaged_chunks: int = 0
-    complete: bool = False
+    damage: Damage = field(default_factory=Damage)
+    counts: Counter[int] = field(default_factory=Counter)
+
+    def lost(self) -> tuple[str, ...]:
+        """Say what could not be read."""
+        damage, said = self.damage, []
+        if damage.chunks:
+            known = {i: n for i, n in sorted(damage.messages.items()) if n}
+            named = [f"{self.channels[i].topic} {n}" for i, n in known.items() if i in self.channels]
+            of_others = sum(n for i, n in known.items() if i not in self.channels)
+            named += [f"{of_others} of channels that are not described"] if of_others else []
+            what = f", with the messages {', '.join(named)}" if named else ""
+            said.append(f"damaged chunks: {damage.chunks}{what}")
+        nameless = {i: n for i, n in sorted(self.counts.items()) if i not in self.channels}
+        if nameless:
+            said.append(f"messages whose channel is nowhere described: {sum(nameless.values())}")
+        if damage.records:
+            said.append(f"damaged attachments, metadata or index entries: {damage.records}")
+        if damage.skipped_bytes:
+            said.append(f"bytes that make no record: {damage.skipped_bytes}")
+        return tuple(said)
 
 
 def log_info(path: Path) -> LogInfo:
-    """Read a log from its beginning to its end, or to where it is cut.
+    """Read a log from its beginning to its end, past what is damaged.
 
     Args:
         path: ``*.mcap`` or ``*.mcap.partial``.
@@ -69,35 +96,51 @@ def log_info(path: Path) -> LogInfo:
         LogError: There is no such file, or it is no MCAP file.
     """
     content = _Content()
-    counts: Counter[int] = Counter()
+    times: dict[int, tuple[int, int]] = {}
     attachments: dict[str, str] = {}
     metadata: dict[str, dict[str, str]] = {}
-    first: int | None = None
-    last = 0
-    for record in _records(path, content):
-        if isinstance(record, Message) and record.channel_id in content.channels:
-            counts[record.channel_id] += 1
-            first = record.log_time if first is None else min(first, record.log_time)
-            last = max(last, record.log_time)
+    for record in read_records(path, content.damage):
+        if isinstance(record, Message):
+            first, last = times.get(record.channel_id, (record.log_time, record.log_time))
+            times[record.channel_id] = (min(first, record.log_time), max(last, record.log_time))
+            content.counts[record.channel_id] += 1
         elif isinstance(record, Attachment):
             attachments[record.name] = record.data.decode(errors="replace")
         elif isinstance(record, Metadata):
             metadata[record.name] = dict(record.metadata)
+        else:
+            _describe(record, content)
+    spans = [span for i, span in times.items() if i in content.channels]
     return LogInfo(
         path=path,
         size_bytes=path.stat().st_size,
-        complete=content.complete,
-        damaged_chunks=content.damaged_chunks,
-        messages={content.channels[i].topic: counts[i] for i in sorted(content.channels) if counts[i]},
-        schemas={
-            c.topic: content.schemas[c.schema_id].name
-            for c in content.channels.values()
-            if c.schema_id in content.schemas
+        complete=content.damage.none,
+        damaged_chunks=content.damage.chunks,
+        messages={
+            content.channels[i].topic: content.counts[i]
+            for i in sorted(content.channels)
+            if content.counts[i]
         },
-        duration_s=0.0 if first is None else (last - first) * 1e-9,
+        schemas={c.topic: _schema_name(c, content) for c in content.channels.values()},
+        duration_s=(max(b for _, b in spans) - min(a for a, _ in spans)) * 1e-9 if spans else 0.0,
         attachments=attachments,
         metadata=metadata,
+        lost=content.lost(),
     )
+
+
+def _describe(record: Any, content: _Content) -> None:
+    """Note a schema or a channel; the first of an id counts, as later ones repeat it."""
+    if isinstance(record, Schema):
+        content.schemas.setdefault(record.id, record)
+    elif isinstance(record, Channel):
+        content.channels.setdefault(record.id, record)
+
+
+def _schema_name(channel: Channel, content: _Content) -> str:
+    if channel.schema_id in content.schemas:
+        return str(content.schemas[channel.schema_id].name)
+    return encoding_of(channel.topic)[1][0] if channel.topic in CHANNELS else ""
 
 
 def recover_log(path: Path, output: Path | None = None) -> LogInfo:
@@ -119,16 +162,19 @@ def recover_log(path: Path, output: Path | None = None) -> LogInfo:
             f"'{target}' exists already", remedy="name another output or remove it", path=str(target)
         )
     temporary = target.with_name(target.name + ".writing")
+    content = _Content()
+    for record in read_records(path, content.damage):  # a log's end describes all its channels again
+        if isinstance(record, Message):
+            content.counts[record.channel_id] += 1
+        _describe(record, content)
+    if not any(content.counts[i] for i in content.channels):
+        raise LogError(f"'{path}' holds no readable message", remedy="run the trial again", path=str(path))
     try:
-        count = _copy(path, temporary)
-        if count == 0:
-            raise LogError(
-                f"'{path}' holds no readable message", remedy="run the trial again", path=str(path)
-            )
+        _copy(path, temporary, content)
         os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
-    return log_info(target)
+    return dataclasses.replace(log_info(target), lost=content.lost())
 
 
 def _recovered_name(path: Path) -> Path:
@@ -137,39 +183,48 @@ def _recovered_name(path: Path) -> Path:
     return path.with_suffix(".recovered.mcap")
 
 
-def _copy(path: Path, output: Path) -> int:
-    """Copy every readable record but the end; return the number of messages."""
-    content = _Content()
-    schemas: dict[int, int] = {0: 0}
+def _copy(path: Path, output: Path, content: _Content) -> None:
+    """Copy every readable message, attachment and metadata, with the channels that are described anywhere."""
     channels: dict[int, int] = {}
-    count = 0
-    writer: Any = None
     with _opened(output) as stream:
-        for record in _records(path, content):
-            if writer is None:
-                writer = Writer(stream)
-                writer.start(profile="", library="graspbench")
-            if isinstance(record, Schema) and record.id not in schemas:
-                schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-            elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = writer.register_channel(
-                    record.topic, record.message_encoding, schemas[record.schema_id], record.metadata
-                )
-            elif isinstance(record, Message) and record.channel_id in channels:
-                channel = channels[record.channel_id]
+        writer = Writer(stream)
+        writer.start(profile="", library="graspbench")
+        schemas: dict[tuple[str, str, bytes], int] = {}
+        for record in read_records(path, Damage()):
+            if isinstance(record, Message) and record.channel_id in content.channels:
+                if record.channel_id not in channels:
+                    channel = content.channels[record.channel_id]
+                    channels[record.channel_id] = _register(writer, channel, content, schemas)
                 writer.add_message(
-                    channel, record.log_time, record.data, record.publish_time, record.sequence
+                    channels[record.channel_id],
+                    record.log_time,
+                    record.data,
+                    record.publish_time,
+                    record.sequence,
                 )
-                count += 1
             elif isinstance(record, Attachment):
                 writer.add_attachment(
                     record.create_time, record.log_time, record.name, record.media_type, record.data
                 )
             elif isinstance(record, Metadata):
                 writer.add_metadata(record.name, record.metadata)
-        if writer is not None:
-            writer.finish()
-    return count
+        writer.finish()
+
+
+def _register(
+    writer: Writer, channel: Channel, content: _Content, schemas: dict[tuple[str, str, bytes], int]
+) -> int:
+    """Register a channel; a schema that is damaged is taken from what graspbench itself writes."""
+    schema = None
+    if channel.schema_id in content.schemas:
+        found = content.schemas[channel.schema_id]
+        schema = (found.name, found.encoding, found.data)
+    elif channel.schema_id and channel.topic in CHANNELS:
+        schema = encoding_of(channel.topic)[1]
+    if schema is not None and schema not in schemas:
+        schemas[schema] = writer.register_schema(*schema)
+    schema_id = 0 if schema is None else schemas[schema]
+    return int(writer.register_channel(channel.topic, channel.message_encoding, schema_id, channel.metadata))
 
 
 def _opened(output: Path) -> Any:
@@ -177,45 +232,3 @@ def _opened(output: Path) -> Any:
         return output.open("wb")
     except OSError as error:
         raise LogError(f"cannot write '{output}': {error.strerror}", path=str(output)) from error
-
-
-def _records(path: Path, content: _Content) -> Iterator[McapRecord]:
-    """Yield the data section's records in order, up to its end or the first damage."""
-    try:
-        stream = path.open("rb")
-    except OSError as error:
-        raise LogError(f"cannot read log '{path}': {error.strerror}", path=str(path)) from error
-    with stream:
-        if stream.read(len(_MAGIC)) != _MAGIC:
-            raise LogError(
-                f"'{path}' is no MCAP file", remedy="give a *.mcap or *.mcap.partial file", path=str(path)
-            )
-        stream.seek(0)
-        limit = min(_LARGEST, path.stat().st_size)
-        records = StreamReader(stream, emit_chunks=True, record_size_limit=limit).records
-        while True:
-            try:
-                outer = next(records, None)
-            except Exception:  # cut or damaged bytes raise errors of any kind in the decoders
-                return
-            if outer is None:
-                content.complete = content.damaged_chunks == 0
-                return
-            for record in _opened_chunk(outer, content) if isinstance(outer, Chunk) else (outer,):
-                if isinstance(record, Schema):
-                    content.schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    content.channels[record.id] = record
-                yield record
-
-
-def _opened_chunk(chunk: Chunk, content: _Content) -> Sequence[McapRecord]:
-    """Return the records of a chunk; none when it is damaged, the next ones may be whole."""
-    try:
-        if chunk.uncompressed_size > _LARGEST:
-            raise ValueError
-        records: Sequence[McapRecord] = breakup_chunk(chunk, validate_crc=True)
-        return records
-    except Exception:
-        content.damaged_chunks += 1
-        return ()

@@ -11,6 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Union
 
 from graspbench.results.about import About, unit_of
+from graspbench.results.spreadsheet import inert
 from graspbench.results.trial_result import TrialResult
 
 if TYPE_CHECKING:
@@ -79,6 +80,15 @@ def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | N
         str(name) for name in frame.columns if any(_below(str(name), key) for key in overridden)
     ]
     return frame
+
+
+def csv_text(frame: "pd.DataFrame") -> str:
+    """Return a table of trials as CSV; text that a spreadsheet would compute has an apostrophe before it."""
+    safe = frame.rename(columns=lambda name: inert(str(name)))
+    for name in safe.select_dtypes(object):
+        safe[name] = safe[name].map(lambda cell: inert(cell) if isinstance(cell, str) else cell)
+    text: str = safe.to_csv(index=False)
+    return text
 
 
 def parquet_bytes(frame: "pd.DataFrame") -> bytes:

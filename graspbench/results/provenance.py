@@ -27,11 +27,12 @@ _LIBRARIES = (
 )
 
 
-def provenance(started: float | None = None) -> ProvenanceResult:
+def provenance(started: float | None = None, host: bool = False) -> ProvenanceResult:
     """Return the provenance that every result carries.
 
     Args:
         started: When the trial was begun, seconds since the epoch; None if that is not known.
+        host: Whether to name the machine.
     """
     now = time.time()
     return dataclasses.replace(
@@ -40,6 +41,7 @@ def provenance(started: float | None = None) -> ProvenanceResult:
         finished=_stamp(now),
         seconds=None if started is None else now - started,
         process=os.getpid(),
+        host=platform.node() if host else None,
     )
 
 
@@ -54,7 +56,6 @@ def _fixed_provenance() -> ProvenanceResult:
         git=_git_state(),
         python=platform.python_version(),
         libraries={name: _version(name) for name in _LIBRARIES},
-        host=platform.node(),
         platform=platform.platform(),
         cpu=_cpu_name(),
         cores=os.cpu_count(),

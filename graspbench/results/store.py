@@ -6,6 +6,7 @@ one step. A process that is killed leaves at most a ``.partial`` folder, or the 
 ``.<trial id>.old``, which is then read instead; never half a result.
 """
 
+import errno
 import fcntl
 import json
 import os
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from graspbench.errors import LogError, OutputError
-from graspbench.results.columns import parquet_bytes, results_frame
+from graspbench.results.columns import csv_text, parquet_bytes, results_frame
 from graspbench.results.migrations import SCHEMA_VERSION, migrate
 from graspbench.results.plain import result_from_plain
 from graspbench.results.trial_result import TrialResult
@@ -33,6 +34,8 @@ __all__ = [
 
 RESULT_FILE = "result.json"
 TABLE_FILE = "trials.csv"
+# What a disk says when it takes nothing more: whatever is being done, it must stop.
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 _CLAIMS_FILE = ".claims"
 
 
@@ -116,7 +119,7 @@ class ResultStore:
     def write_table(self) -> Path:
         """Rebuild ``trials.csv`` and ``trials.parquet`` from the results; return the former's path."""
         path, frame = self.root / TABLE_FILE, results_frame(self.results())
-        write_atomically(path, frame.to_csv(index=False))
+        write_atomically(path, csv_text(frame))
         write_atomically(path.with_suffix(".parquet"), parquet_bytes(frame))
         return path
 
@@ -152,11 +155,16 @@ def writable(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise OutputError(
-            f"nothing can be written to {path} ({error.strerror or error})",
-            remedy="choose another place with --output, or make room there",
-            path=path,
-        ) from error
+        raise no_room(path, error) from error
+
+
+def no_room(path: Path, error: OSError) -> OutputError:
+    """Return the sentence about a place that cannot be written."""
+    return OutputError(
+        f"nothing can be written to {path} ({error.strerror or error})",
+        remedy="choose another place with --output, or make room there",
+        path=path,
+    )
 
 
 def _old(final: Path) -> Path:

@@ -73,7 +73,7 @@ class ProvenanceResult(Part):
     libraries: Annotated[Mapping[str, str | None], About("Versions of libraries")] = field(
         default_factory=dict
     )
-    host: Annotated[str | None, About("Name of the machine", empty="not recorded")] = None
+    host: Annotated[str | None, About("Name of the machine", empty="record.host is off")] = None
     platform: Annotated[str | None, About("Operating system")] = None
     cpu: Annotated[str | None, About("Processor")] = None
     cores: Annotated[int | None, About("Cores of the machine")] = None

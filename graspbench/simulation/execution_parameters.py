@@ -21,7 +21,9 @@ class ExecutionParameters:
         Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
     ] = "floating"
     time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
-    solver_iterations: Annotated[int, Field(ge=10, description="Constraint solver iterations a step")] = 60
+    solver_iterations: Annotated[
+        int, Field(ge=10, le=1000, description="Constraint solver iterations a step")
+    ] = 60
     friction: Annotated[
         float | None,
         Field(gt=0, description="Coulomb friction between fingertips and object; null: quality.friction"),

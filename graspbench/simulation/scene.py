@@ -77,7 +77,9 @@ class SceneParameters:
         float,
         Field(ge=0, le=1, description="Fraction of the lamp's light that the object blocks"),
     ] = 0.6
-    shadow_blur_m: Annotated[float, Field(ge=0, description="Width of the shadow's soft edge, m")] = 0.008
+    shadow_blur_m: Annotated[float, Field(ge=0, le=0.2, description="Width of the shadow's soft edge, m")] = (
+        0.008
+    )
     light_gradient: Annotated[
         float,
         Field(ge=0, lt=1, description="Brightness drop across the image, fraction"),

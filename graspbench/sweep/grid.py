@@ -101,7 +101,7 @@ def _engine(
     tasks: Sequence[PendingTrial], store: ResultStore, options: SweepOptions
 ) -> Iterator[TrialResult]:
     engine = options.engine or _default_engine(options.jobs)
-    limits = Limits(options.timeout_s, options.memory_mb)
+    limits = Limits(options.timeout_s, options.memory_mb, engine.silence_s)
     if not tasks:
         return iter(())
     if engine.name == "inline":

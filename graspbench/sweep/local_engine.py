@@ -6,7 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from multiprocessing import forkserver, get_context, resource_tracker
 from pathlib import Path
@@ -14,7 +14,9 @@ from typing import Any
 
 from graspbench.results.store import ResultStore
 from graspbench.results.trial_result import Status, TrialResult
+from graspbench.sweep.watchdog import Watchdog
 from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
+from graspbench.threads import single_threaded_pools
 from graspbench.trial.runner import failed_result, fault_file
 
 _WAIT_S = 0.2
@@ -35,42 +37,60 @@ def run_local(
         limits: Time and memory of each trial.
         stop: Once set, running trials are finished and no other is begun.
     """
-    from pebble import ProcessExpired, ProcessPool
+    from pebble import ProcessPool
 
     store, waiting = ResultStore(root), deque(tasks)
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
     context.set_forkserver_preload(list(PRELOADED))
     _start_forkserver()
-    pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=(os.getpid(),))
+    watchdog = Watchdog(context, limits.memory_mb)
+    about = (os.getpid(), watchdog.line, jobs)
+    pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=about)
     running: dict[Any, PendingTrial] = {}
     try:
         while running or (waiting and not stop.is_set()):
             while waiting and len(running) < jobs and not stop.is_set():
                 task = waiting.popleft()
+                watchdog.expect(task.config.trial_id, limits.silence_s + task.config.search.time_limit_s)
                 future = pool.schedule(run_limited, args=(task, root, limits), timeout=limits.timeout_s)
                 running[future] = task
             finished, _ = wait(running, timeout=_WAIT_S, return_when=FIRST_COMPLETED)
             for future in finished:
                 task = running.pop(future)
-                try:
-                    stored = future.result()
-                except FutureTimeoutError:
-                    yield _failure(
-                        task, store, "timeout", f"the trial took longer than {limits.timeout_s:g} s."
-                    )
-                except ProcessExpired as error:
-                    time.sleep(_SIGNAL_S)
-                    yield _failure(
-                        task, store, "crashed", f"the trial's process ended {_how(error.exitcode)}."
-                    )
+                result = _outcome(future, task, store, limits, watchdog)
+                if result is not None:
+                    yield result
                 else:
-                    if stored:
-                        yield _stored(task, store)
-                    else:
-                        _defer(task, waiting, store)
+                    _defer(task, waiting, store)
+            for future, task in running.items():
+                if watchdog.never_begun(task.config.trial_id):
+                    future.cancel()
     finally:
         pool.stop()
         pool.join()
+        watchdog.close()
+
+
+def _outcome(
+    future: Any, task: PendingTrial, store: ResultStore, limits: Limits, watchdog: Watchdog
+) -> TrialResult | None:
+    """Return the result of a trial that has ended, however that was; None when another sweep runs it."""
+    from pebble import ProcessExpired
+
+    try:
+        stored = future.result()
+    except FutureTimeoutError:
+        watchdog.forget(task.config.trial_id)
+        return _failure(task, store, "timeout", f"the trial took longer than {limits.timeout_s:g} s.")
+    except (ProcessExpired, CancelledError) as error:
+        verdict = watchdog.forget(task.config.trial_id)
+        if verdict is not None:
+            return _failure(task, store, verdict.status, verdict.reason)
+        time.sleep(_SIGNAL_S)
+        how = _how(getattr(error, "exitcode", None))
+        return _failure(task, store, "crashed", f"the trial's process ended {how}.")
+    watchdog.forget(task.config.trial_id)
+    return _stored(task, store) if stored else None
 
 
 def _start_forkserver() -> None:
@@ -81,7 +101,8 @@ def _start_forkserver() -> None:
     resource_tracker.ensure_running()  # here, since its start lets Ctrl-C through again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        forkserver.ensure_running()
+        with single_threaded_pools():
+            forkserver.ensure_running()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

@@ -3,7 +3,9 @@
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,9 +14,9 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import IntervalSweep, Override
 from hydra.errors import HydraException
 
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, LogError, sentence, shown
 from graspbench.results.columns import results_frame
-from graspbench.results.store import ResultStore
+from graspbench.results.store import ResultStore, writable
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 if TYPE_CHECKING:
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
 STUDY_FILE = "study.db"
 _DIGITS = 6
+_WAIT_S = 60.0
+_MAX_REASON = 200
+_MAX_BOUND = 1e15
 
 
 @dataclass(frozen=True)
@@ -115,28 +120,62 @@ def run_tuning(
     plan_sweep(
         [*grid, *axis_overrides(axes, {axis.key: axis.low for axis in axes})], store, sweep, config_dir
     )
-    store.root.mkdir(parents=True, exist_ok=True)
-    study = optuna.create_study(
-        storage=f"sqlite:///{store.root / STUDY_FILE}",
-        study_name=_study_name(axes, grid, options),
-        direction=options.direction,
-        load_if_exists=True,
-    )
-    _free_unfinished(study)
-    while len(study.trials) < options.candidates and not sweep.stop.is_set():
-        # A sampler keeps no state: its draws follow from the seed and the number of earlier candidates.
-        study.sampler = optuna.samplers.TPESampler(seed=options.seed + len(study.trials))
-        candidate = study.ask()
-        values = {axis.key: _suggest(candidate, axis) for axis in axes}
-        score, trials = _score([*grid, *axis_overrides(axes, values)], store, options, sweep, config_dir)
-        if sweep.stop.is_set():
-            break
-        state = optuna.trial.TrialState.COMPLETE if score is not None else optuna.trial.TrialState.FAIL
-        study.tell(candidate, score, state=state)
-        if on_candidate is not None:
-            shown = {key: float(f"{value:.{_DIGITS}g}") for key, value in values.items()}
-            on_candidate({"candidate": candidate.number, options.measure: score, "trials": trials, **shown})
+    with writable(store.root):
+        store.root.mkdir(parents=True, exist_ok=True)
+    with _readable_study(store.root / STUDY_FILE) as storage:
+        study = optuna.create_study(
+            storage=storage,
+            study_name=_study_name(axes, grid, options),
+            direction=options.direction,
+            load_if_exists=True,
+        )
+        _free_unfinished(study)
+        while len(study.trials) < options.candidates and not sweep.stop.is_set():
+            # A sampler keeps no state: its draws follow from the seed and the number of earlier candidates.
+            study.sampler = optuna.samplers.TPESampler(seed=options.seed + len(study.trials))
+            candidate = study.ask()
+            values = {axis.key: _suggest(candidate, axis) for axis in axes}
+            score, trials = _score([*grid, *axis_overrides(axes, values)], store, options, sweep, config_dir)
+            if sweep.stop.is_set():
+                break
+            state = optuna.trial.TrialState.COMPLETE if score is not None else optuna.trial.TrialState.FAIL
+            study.tell(candidate, score, state=state)
+            if on_candidate is not None:
+                rounded = {key: float(f"{value:.{_DIGITS}g}") for key, value in values.items()}
+                on_candidate(
+                    {"candidate": candidate.number, options.measure: score, "trials": trials, **rounded}
+                )
     return study
+
+
+@contextmanager
+def _readable_study(path: Path) -> Iterator["optuna.storages.RDBStorage"]:
+    """Give the study's file; its path may have any characters, so that it is no part of an address.
+
+    Raises:
+        LogError: The file is no study, or is damaged.
+        OutputError: It cannot be written.
+    """
+    import optuna
+    from sqlalchemy.exc import SQLAlchemyError
+    from sqlalchemy.pool import NullPool
+
+    def connect() -> sqlite3.Connection:
+        return sqlite3.connect(path, timeout=_WAIT_S)
+
+    with writable(path):
+        path.open("ab").close()
+    try:
+        yield optuna.storages.RDBStorage(
+            "sqlite://", engine_kwargs={"creator": connect, "poolclass": NullPool}
+        )
+    except (SQLAlchemyError, optuna.exceptions.OptunaError, sqlite3.Error, RuntimeError) as error:
+        reason = sentence(str(getattr(error, "orig", None) or error), _MAX_REASON)
+        raise LogError(
+            f"the study {path} cannot be used ({reason})",
+            remedy="move it away: the trials that are finished are found again",
+            path=path,
+        ) from error
 
 
 def _parsed(text: str) -> Override:
@@ -150,6 +189,10 @@ def _parsed(text: str) -> Override:
 
 def _axis(override: Override, interval: IntervalSweep) -> Axis:
     low, high = interval.start, interval.end
+    if any(bound is not None and not abs(bound) <= _MAX_BOUND for bound in (low, high)):
+        raise ConfigurationError(
+            f"'{override.input_line}' is endless", remedy=f"give bounds of at most {_MAX_BOUND:g}"
+        )
     if low is None or high is None or not low < high:
         raise ConfigurationError(
             f"'{override.input_line}' is an empty interval", remedy="write interval(low,high)"
@@ -198,15 +241,19 @@ def _score(
         column: list[Any] = [None] * len(results)
     else:
         column = frame[options.measure].tolist()
-    values = [_number(value, options.failed) for value in column]
+    values = [_number(value, options.measure, options.failed) for value in column]
     if any(value is None for value in values) or not values:
         return None, len(trials)
     return sum(value for value in values if value is not None) / len(values), len(trials)
 
 
-def _number(value: Any, failed: float | None) -> float | None:
+def _number(value: Any, measure: str, failed: float | None) -> float | None:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return failed
+    if not isinstance(value, int | float):
+        raise ConfigurationError(
+            f"the column '{measure}' holds {shown(value)}, no numbers", remedy="choose a column of numbers"
+        )
     return float(value)
 
 

@@ -10,17 +10,19 @@ from pathlib import Path
 from typing import Protocol
 
 from graspbench.config.trial_config import TrialConfig
-from graspbench.errors import GraspbenchError, InputError, TrialError
+from graspbench.errors import GraspbenchError, InputError, TrialError, sentence
 from graspbench.geometry import object_name
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import RESULT_FILE, SCHEMA_VERSION, ResultStore, writable
+from graspbench.results.store import NO_ROOM, RESULT_FILE, SCHEMA_VERSION, ResultStore, no_room, writable
+from graspbench.results.traces import without_places
 from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
 from graspbench.trial.clock import StageClock
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
+_MAX_REASON = 1000
 
 Listener = Callable[[str, float], None]
 """Called with each stage's name and seconds."""
@@ -120,11 +122,14 @@ def run_and_store(
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
                 result = run_trial(config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage))
         except Exception as error:
+            if isinstance(error, OSError) and error.errno in NO_ROOM:
+                raise no_room(folder, error) from error  # the disk's failure, not the trial's
             if not contain and (isinstance(error, InputError) or not isinstance(error, TrialError)):
                 raise
-            (folder / ERROR_FILE).write_text(traceback.format_exc(), encoding="utf-8")
+            with writable(folder):
+                (folder / ERROR_FILE).write_text(without_places(traceback.format_exc()), encoding="utf-8")
             result = _unfinished(config, "failed", _reason(error))
-        result = dataclasses.replace(result, provenance=provenance(started))
+        result = dataclasses.replace(result, provenance=provenance(started, config.record.host))
         with writable(folder):
             (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
@@ -134,14 +139,16 @@ def failed_result(
     config: TrialConfig, store: ResultStore, status: Status, reason: str, details: str | None = None
 ) -> TrialResult:
     """Store the result of a trial whose process did not live to store it, with its cut log; return it."""
-    result = dataclasses.replace(_unfinished(config, status, reason), provenance=provenance())
+    result = dataclasses.replace(
+        _unfinished(config, status, reason), provenance=provenance(host=config.record.host)
+    )
     remains = store.remains(config.trial_id)
-    with store.writing(config.trial_id) as folder:
+    with store.writing(config.trial_id) as folder, writable(folder):
         (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
             shutil.copyfile(log, folder / log.name)
         if details:
-            (folder / ERROR_FILE).write_text(details, encoding="utf-8")
+            (folder / ERROR_FILE).write_text(without_places(details), encoding="utf-8")
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")
     return result
 
@@ -206,4 +213,4 @@ def _reason(error: Exception) -> str:
         return "memory: the trial needed more than its limit."
     if isinstance(error, InputError | TrialError):
         return str(error)
-    return f"unexpected {type(error).__name__}: {error}"
+    return without_places(f"unexpected {type(error).__name__}: {sentence(str(error), _MAX_REASON)}")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 MODULE = """
+import ctypes
 import os
 import signal
 import time
@@ -33,6 +34,15 @@ class Planted:
             time.sleep(0.01)
         if parameters.fault == "memory":
             self.hoard = [np.ones(2**22) for _ in range(1000)]
+        if parameters.fault == "memory_of_c":
+            library = ctypes.CDLL(None)
+            library.malloc.restype = ctypes.c_void_p
+            for _ in range(1000):
+                library.memset(ctypes.c_void_p(library.malloc(2**25)), 1, 2**25)
+        if parameters.fault == "address_space":
+            self.hoard = np.zeros(2**34)
+        if parameters.fault == "deadlock":
+            ctypes.PyDLL(None).sleep(1000)  # holds the interpreter's lock, as a library in C may
 
     def propose(self, surface, vertices, moves):
         return None

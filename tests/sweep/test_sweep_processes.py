@@ -17,13 +17,13 @@ from tests.sweep import planting
 FAULTS = {
     "exception": ("failed", "unexpected ValueError: planted"),
     "segfault": ("crashed", "SIGSEGV"),
-    "hang": ("timeout", "longer than 5 s"),
+    "hang": ("timeout", "longer than 15 s"),
     "memory": ("failed", "memory"),
 }
 # A missing mesh is found after the planted faults: with "none" it is a fault of its own.
 GRID = (
     "object.mesh=null,missing.stl", "index.fault=none,exception,segfault,hang,memory",
-    "--jobs", "2", "--timeout", "5", "--memory", "600",
+    "--jobs", "2", "--timeout", "15", "--memory", "600",
 )  # fmt: skip
 
 

@@ -62,3 +62,17 @@ def test_an_unknown_measure_is_named(tmp_path):
     axes, grid = split_axes(["index.k_e=interval(0.5,2)", *SMALL])
     with pytest.raises(ConfigurationError, match=r"no column 'local\.q9'"):
         run_tuning(axes, grid, ResultStore(tmp_path), TuneOptions("local.q9"), SweepOptions(jobs=0))
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("index.k_e=interval(0,inf)", "is endless"),
+        ("index.k_e=interval(-inf,inf)", "is endless"),
+        ("index.k_e=interval(nan,1)", "is endless"),
+        ("index.k_e=interval(1,1e300)", "is endless"),
+    ],
+)
+def test_an_endless_interval_is_refused(override, message):
+    with pytest.raises(ConfigurationError, match=message):
+        split_axes([override])

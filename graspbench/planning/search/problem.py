@@ -35,7 +35,7 @@ class SearchParameters:
     refine: Annotated[
         bool, Field(description="Climb q1, q2 and q3 from the local grasp too (quality ascent)")
     ] = False
-    time_limit_s: Annotated[float, Field(gt=0, description="Time limit per measure, s")] = 30.0
+    time_limit_s: Annotated[float, Field(gt=0, le=86_400, description="Time limit per measure, s")] = 30.0
     gap: Annotated[float, Field(ge=0, lt=1, description="Relative gap at which the search may stop")] = 0.0
     threads: Annotated[int, Field(ge=0, le=64, description="Threads; 0: as many as there are cores")] = 0
     climbs: Annotated[

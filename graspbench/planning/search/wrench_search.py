@@ -1,6 +1,5 @@
 """Search for the best grasp by Q1, Q2 or Q3."""
 
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +12,7 @@ from graspbench.planning.search.enumeration import can_enumerate, enumerate_trip
 from graspbench.planning.search.layout import Layout, lay_out
 from graspbench.planning.search.objectives import CODES, Objective, make_objective
 from graspbench.planning.search.problem import Found, GlobalResult, Problem
+from graspbench.threads import threads_available
 
 
 def search_wrenches(problem: Problem, starts: Sequence[Grasp]) -> GlobalResult:
@@ -38,7 +38,7 @@ def search_wrenches(problem: Problem, starts: Sequence[Grasp]) -> GlobalResult:
         return -np.inf if held[leaves.tobytes()] is None else value
 
     start = Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf)
-    threads = search.threads or len(os.sched_getaffinity(0))
+    threads = search.threads or threads_available()
     if can_enumerate(layout, problem.measure):
         progress = enumerate_triples(
             layout, objective, CODES[problem.measure], accept,

@@ -1,6 +1,6 @@
 """One model of a table, and one writer per format: CSV, Markdown, LaTeX, terminal and JSON."""
 
-from graspbench.report.tables.csv_format import inert, to_csv
+from graspbench.report.tables.csv_format import to_csv
 from graspbench.report.tables.files import TABLE_FORMATS, table_files, write_tables
 from graspbench.report.tables.json_format import to_json_rows
 from graspbench.report.tables.latex_format import escape_latex, to_latex
@@ -16,7 +16,6 @@ __all__ = [
     "Table",
     "escape_latex",
     "escape_markdown",
-    "inert",
     "plain_table",
     "table_files",
     "to_csv",

@@ -5,9 +5,7 @@ import io
 from typing import Any
 
 from graspbench.report.tables.model import Table, known
-
-# A spreadsheet computes a cell that starts with one of these.
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+from graspbench.results.spreadsheet import inert
 
 
 def to_csv(table: Table) -> str:
@@ -25,11 +23,6 @@ def to_csv(table: Table) -> str:
     writer.writerow([inert(key) for key in plain])
     writer.writerows([[_cell(row.get(key)) for key in plain] for row in table.records])
     return stream.getvalue()
-
-
-def inert(text: str) -> str:
-    """Return text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
 
 
 def _cell(value: Any) -> Any:

@@ -1,0 +1,88 @@
+"""Where output goes when there is no room, no stream, or a stream that takes ASCII alone."""
+
+import errno
+import os
+import subprocess
+import sys
+from unittest import mock
+
+import pandas as pd
+import pytest
+
+from graspbench.record import TrialLog
+
+QUICK = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11")
+
+
+def shell(command, **environment):
+    line = command.replace("graspbench", f"{sys.executable} -m graspbench.cli", 1)
+    return subprocess.run(
+        ["sh", "-c", line], capture_output=True, text=True, timeout=200, check=False,
+        env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+def test_a_full_output_is_one_sentence():
+    done = shell("graspbench objects list --json >/dev/full")
+    assert (done.returncode, done.stderr) == (2, "graspbench: No space left on device.\n")
+
+
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&-"])
+def test_a_closed_output_is_no_place_to_print_into(closed):
+    done = shell(f"graspbench objects list {closed}")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_an_output_of_ascii_alone_gets_what_it_can_take(tmp_path):
+    folder = tmp_path / "é"
+    done = shell(f"graspbench report '{folder}'", PYTHONIOENCODING="ascii", LC_ALL="C")
+    assert done.returncode == 2
+    assert "\\xe9" in done.stderr
+    assert "Traceback" not in done.stderr
+    done = shell("graspbench objects list", PYTHONIOENCODING="ascii", LC_ALL="C")
+    assert done.returncode == 0
+    assert "teddy" in done.stdout
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS])
+def test_a_disk_that_takes_no_more_is_no_failure_of_the_trial(cli, tmp_path, number):
+    full = OSError(number, os.strerror(number))
+    command = ("sweep", *QUICK, "record=scores", "seed=0,1", "--jobs", 0, "-o", tmp_path / "r")
+    with mock.patch.object(TrialLog, "scores", side_effect=full):
+        finished = cli(*command)
+    assert finished.code == 2, finished.stderr
+    assert "nothing can be written to" in finished.stderr
+    assert os.strerror(number) in finished.stderr
+    assert [path for path in (tmp_path / "r").glob("*") if path.is_dir()] == []
+    assert cli(*command).code == 0
+    assert pd.read_csv(tmp_path / "r" / "trials.csv")["status"].tolist() == ["done", "done"]
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of 400 kB, where one may be mounted."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=400k", "none", str(place)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no disk can be mounted here")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], check=False)
+
+
+def test_a_disk_that_fills_stops_a_sweep_that_can_go_on(process, small_disk):
+    command = ("sweep", *QUICK, "seed=range(0,3)", "-o", small_disk / "r")
+    ballast = small_disk / "ballast"
+    ballast.write_bytes(bytes(340_000))
+    finished = process(*command)
+    assert finished.code == 2, finished.stderr
+    assert "No space left" in finished.stderr.splitlines()[-1]
+    assert "Traceback" not in finished.stderr
+    before = {path.parent.name for path in small_disk.glob("r/[!.]*/result.json")}
+    assert not list(small_disk.glob("r/.*.partial"))
+    ballast.unlink()
+    finished = process(*command)
+    assert finished.code == 0, finished.stderr
+    assert f"{3 - len(before)} to run, {len(before)} there already" in finished.stderr
+    assert pd.read_csv(small_disk / "r" / "trials.csv")["status"].tolist() == ["done"] * 3

@@ -1,0 +1,85 @@
+"""Kills and signals at random moments of a sweep: nothing is lost or doubled, nobody is left behind.
+
+With GRASPBENCH_FUZZ=60 in the environment so many are sent, half of them kill -9, instead of a few.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from tests.sweep.test_signals import QUICK, _group_is_gone
+
+COUNT = min(60, int(os.environ.get("GRASPBENCH_FUZZ", "4")))
+GENTLE = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+COMMAND = [
+    sys.executable, "-m", "graspbench.cli", "sweep", *QUICK[:-1], "seed=range(0,500)", "--jobs", "1", "-o",
+]  # fmt: skip
+
+
+def stored(output):
+    """Return what is stored: trial id -> version of its result; every file must be readable."""
+    found = {}
+    for path in output.glob("[!.]*/result.json"):
+        assert json.loads(path.read_text())["status"] in ("done", "crashed")
+        found[path.parent.name] = path.stat().st_mtime_ns
+    return found
+
+
+def members(group):
+    """Return the processes of a group but its leader."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            if os.getpgid(int(name)) == group and int(name) != group:
+                found.append(int(name))
+        except ProcessLookupError:
+            continue
+    return found
+
+
+def ends(process, how, rng):
+    """Send a signal to a sweep, or kill the sweep or one of its workers; wait until it has ended."""
+    if how == "worker":
+        for worker in rng.permutation(members(process.pid))[:1]:
+            os.kill(int(worker), signal.SIGKILL)
+        time.sleep(float(rng.uniform(0.0, 1.5)))
+        how = signal.SIGINT
+    if how == signal.SIGINT:
+        os.killpg(process.pid, how)
+    else:
+        process.send_signal(how)
+    _, errors = process.communicate(timeout=120)
+    return errors
+
+
+@pytest.mark.timeout(3600)
+def test_signals_at_random_moments(tmp_path):
+    rng = np.random.default_rng(9)
+    output, before = tmp_path / "r", {}
+    for k in range(COUNT):
+        how = ("worker", signal.SIGKILL)[k // 2 % 2] if k % 2 else GENTLE[k // 2 % 3]
+        process = subprocess.Popen(
+            [*COMMAND, str(output)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )  # fmt: skip
+        time.sleep(float(rng.uniform(0.5, 12.0)))
+        errors = ends(process, how, rng)
+        assert process.returncode in (130, 2, -signal.SIGKILL, *(-each for each in GENTLE)), (how, errors)
+        assert "Traceback" not in errors, (how, errors)
+        deadline = time.monotonic() + 20
+        while not _group_is_gone(process.pid) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert _group_is_gone(process.pid), how
+        after = stored(output)
+        assert {trial: after.get(trial) for trial in before} == before, how  # nothing lost, nothing run twice
+        before = after
+        if how in GENTLE and output.is_dir():
+            assert not list(output.glob(".*.partial")), how
+    print(f"{COUNT} signals, {len(before)} trials stored")
