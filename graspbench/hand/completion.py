@@ -33,7 +33,7 @@ def completed_description(
         HandError: The file is no URDF, names a mesh that is not there, or has joints that cannot be used.
     """
     hand = parameters.name
-    robot = _parsed(path, hand)
+    robot = parsed_urdf(path, hand)
     try:
         fingers = _complete(robot, path, package_dirs, parameters)
     except ValueError as error:  # a number that is none, somewhere in the file
@@ -72,7 +72,8 @@ def add_tip_spheres(
         ElementTree.SubElement(geometry, "sphere", radius=f"{radius_m:.12g}")
 
 
-def _parsed(path: Path, hand: str) -> ElementTree.Element:
+def parsed_urdf(path: Path, hand: str) -> ElementTree.Element:
+    """Return the root of a URDF file; raise HandError where it is none."""
     try:
         robot = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError) as error:

@@ -40,7 +40,7 @@ class ForceControl:
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
         carrying = self._weight_n / (stage.friction.coulomb * len(fingers))
-        self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
+        self._joints = np.unique(np.concatenate([self._model.finger_joints(f) for f in fingers]))
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
         self._felt = list(touches)
