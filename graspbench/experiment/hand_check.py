@@ -148,8 +148,8 @@ def _opposition_findings(hand: HandModel) -> Iterator[Finding]:
         yield Finding(
             "palm frame",
             "fault",
-            f"the fingertips are {-1e3 * centre[2]:.0f} mm behind the palm frame, whose z axis has to point to "
-            "the object: correct hand.palm.",
+            f"the fingertips are {-1e3 * centre[2]:.0f} mm behind the palm frame, whose z axis has to point "
+            "to the object: correct hand.palm.",
         )
     else:
         yield Finding("palm frame", "ok", f"the fingertips close {1e3 * centre[2]:.0f} mm before the palm.")

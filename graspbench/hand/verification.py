@@ -58,7 +58,8 @@ def verify_posture(
         name = hand.finger_names[finger]
         if error > TIP_TOLERANCE_M:
             found.append(f"the tip of finger '{name}' is {error * 1e3:.2f} mm from its place")
-        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)[:3]
+        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
+        jacobian = jacobian.reshape(6, -1)[:3]  # of one joint it is a vector
         # Of a finger that moves its tip in a plane or along a line only: the smallest of these directions.
         values = np.linalg.svd(jacobian[:, hand.finger_joints(finger)], compute_uv=False)
         singular = values[hand.freedom[finger] - 1]

@@ -33,7 +33,7 @@ def draw_hand(hand: "HandModel", path: Path) -> Path:
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     centre = 0.5 * (low + high)
     radius = 1.05 * float(np.linalg.norm(cloud - centre, axis=1).max())
-    head = style.head(70)
+    head = 66
     figure = style.canvas(4 * _TILE, _TILE + head + 34)
     tile = 0
     for (label, joints), solids in zip(postures, bodies, strict=True):
@@ -46,11 +46,10 @@ def draw_hand(hand: "HandModel", path: Path) -> Path:
                 style.write(figure, label, (tile + 1) * _TILE, _TILE + head + 4, 12, ha="center")
             tile += 1
     names = ", ".join(hand.finger_names)
-    style.title(
-        figure,
-        f"{hand.name}: {hand.n_fingers} fingers ({names}), tips of {1e3 * hand.tip_radius_m:.1f} mm",
-        "palm frame: x red, y green, z blue (approach, down here); orange: fingertips",
-    )
+    said = f"{hand.name}: fingers {names}, tips of {1e3 * hand.tip_radius_m:.1f} mm"
+    style.write(figure, said, 18, 12, 14, weight="bold")
+    caption = "palm frame: x red, y green, z blue (approach, down here); orange: the fingertips in use"
+    style.write(figure, caption, 18, 40, 12)
     scale = Viewpoint(centre, 0.0, 15.0, radius).pixels_per_m(_TILE, _TILE)
     style.scale_bar(figure, scale, 4 * _TILE - 16, head + _TILE - 8)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -15,8 +15,6 @@ _POSTURES = 20
 _KINDS = {
     pybullet.GEOM_SPHERE: "Sphere",
     pybullet.GEOM_BOX: "Box",
-    pybullet.GEOM_CYLINDER: "Cylinder",
-    pybullet.GEOM_CAPSULE: "Capsule",
     pybullet.GEOM_MESH: "mesh",
 }
 
@@ -31,7 +29,7 @@ class HandDifference:
         mass_share: Difference of the total masses as a share.
         mass_kg: Total mass that the planners know.
         shapes: Numbers of collision shapes, planners' and simulation's.
-        sizes_m: Largest difference of a length of spheres, boxes and cylinders.
+        sizes_m: Largest difference of a length of spheres and boxes.
     """
 
     tips_m: float
@@ -145,7 +143,10 @@ def _shape_count(body: int, client: int, links: dict[str, int]) -> int:
 
 
 def _size_difference(hand: HandModel, body: int, client: int, links: dict[str, int]) -> float:
-    """Return the largest difference of a length between the round shapes and boxes of the two models, m."""
+    """Return the largest difference of a length between the spheres and boxes of the two models, m.
+
+    PyBullet does not tell the sizes of cylinders, which it takes for meshes.
+    """
     known: dict[str, list[FloatArray]] = {}
     for item in hand.geometry.geometryObjects:
         kind, shape = type(item.geometry).__name__, item.geometry
@@ -153,8 +154,6 @@ def _size_difference(hand: HandModel, body: int, client: int, links: dict[str, i
             known.setdefault(kind, []).append(np.full(3, 2 * shape.radius))
         elif kind == "Box":
             known.setdefault(kind, []).append(2 * np.asarray(shape.halfSide).ravel())
-        elif kind in ("Cylinder", "Capsule"):
-            known.setdefault("Cylinder", []).append(np.array([2 * shape.halfLength, 2 * shape.radius, 0.0]))
     simulated: dict[str, list[FloatArray]] = {}
     for shapes in _shapes(body, client, links).values():
         for kind, size in shapes:
@@ -162,8 +161,6 @@ def _size_difference(hand: HandModel, body: int, client: int, links: dict[str, i
                 simulated.setdefault(kind, []).append(np.full(3, 2 * size[0]))
             elif kind == "Box":
                 simulated.setdefault(kind, []).append(size)
-            elif kind in ("Cylinder", "Capsule"):
-                simulated.setdefault("Cylinder", []).append(np.array([size[0], 2 * size[1], 0.0]))
     worst = 0.0
     for kind, sizes in known.items():
         others = simulated.get(kind, [])

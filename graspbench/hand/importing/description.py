@@ -35,7 +35,7 @@ def description_text(found: ImportedHand, source: str) -> str:
         "# points to the object, across the opposing tips' plane; its origin is on the palm's shapes.",
         f"palm: {{link: {_text(p.palm.link)}, xyz_m: {_row(p.palm.xyz_m)}, rpy_deg: {_row(p.palm.rpy_deg)}}}",
         f"# The posture closes around an object of {2e3 * o.gap_m:.0f} mm; the tips' mean direction from its",
-        f"# middle has the length {o.imbalance:.2f} (0: they oppose each other perfectly). Angles in degrees,",
+        f"# middle has the length {o.imbalance:.2f} (0: they oppose each other perfectly). Angles in deg,",
         "# slides in mm; at rest a finger is out of the way. Joints that follow another are left out.",
         "chains:",
         *(f"  - {_chain(finger)}" for finger in p.chains),

@@ -20,8 +20,8 @@ from graspbench.hand.verification import overlaps
 
 _POSTURES, _CENTRES, _REFINED = 800, 200, 150
 _DISTANCE_M = 0.008
-_FACING, _COMFORT, _BALANCE, _PALM = 3.0, 0.6, 6.0, 4.0
-_TRIED, _GOOD = 12, -1.2
+_FACING, _COMFORT, _BALANCE, _PALM = 3.0, 1.2, 6.0, 4.0
+_TRIED, _RESTS, _GOOD = 40, 30, -1.5
 _EDGE = 0.08
 _ROOM_M = 0.005
 
@@ -85,7 +85,9 @@ def find_opposition(
     _, centre, chosen, fingers, gap = best
     joints = _combined(hand, drawn, chosen)
     if not _shared(hand):
-        joints = _refined(hand, pads, joints, centre, gap + hand.tip_radius_m, generator)
+        finer = _refined(hand, pads, joints, centre, gap + hand.tip_radius_m, generator)
+        if not overlaps(hand, finer, fingers=fingers) or overlaps(hand, joints, fingers=fingers):
+            joints = finer
     tips = hand.tip_positions(joints)
     directions = (tips - centre) / np.maximum(np.linalg.norm(tips - centre, axis=1, keepdims=True), 1e-9)
     subsets = _subsets(hand, directions, fingers)
@@ -259,8 +261,12 @@ def _rest(hand: HandModel, drawn: _Drawn, centre: FloatArray) -> FloatArray:
     """Return the posture in which every finger is farthest from the object and from the other fingers."""
     away = np.linalg.norm(drawn.tips - centre, axis=2)
     if _shared(hand):
-        return np.asarray(drawn.joints[int(away.sum(axis=1).argmax())], dtype=float)
-    return _combined(hand, drawn, away.argmax(axis=0))
+        away = np.repeat(away.sum(axis=1, keepdims=True), hand.n_fingers, axis=1)
+    order = np.argsort(-away, axis=0, kind="stable")
+    for chosen in order[:_RESTS]:
+        if not overlaps(hand, joints := _combined(hand, drawn, chosen)):
+            return joints
+    return _combined(hand, drawn, order[0])
 
 
 def _palm_frame(
