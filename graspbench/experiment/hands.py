@@ -7,6 +7,7 @@ from typing import Any
 from graspbench.config.trial_config import load_config
 from graspbench.errors import HandError
 from graspbench.hand import load_hand
+from graspbench.hand.importing.arms import without_arm
 from graspbench.hand.importing.description import description_text
 from graspbench.hand.importing.importer import Guesses, import_hand
 from graspbench.hand.importing.mjcf import urdf_of_mjcf
@@ -41,6 +42,7 @@ def add_hand(path: Path, name: str | None, guesses: Guesses, config_dir: Path) -
     source = path.expanduser().resolve()
     if _is_mjcf(source):
         source = urdf_of_mjcf(source, name, folder / name)
+    source = without_arm(source, name, folder / name, guesses.palm, guesses.package_dirs)
     found = import_hand(source, name, guesses)
     target = folder / f"{name}.yaml"
     try:

@@ -53,7 +53,7 @@ def _complete(
         for visual in link.findall("visual"):
             link.remove(visual)
     replace_collision(robot, parameters.collision, hand)
-    _name_meshes(robot, path, package_dirs, hand)
+    name_meshes(robot, path, package_dirs, hand)
     lock_joints(robot, parameters)
     _complete_limits(robot, parameters)
     fingers = tuple(_with_centre(robot, finger, hand) for finger in parameters.chains)
@@ -91,7 +91,7 @@ def parsed_urdf(path: Path, hand: str) -> ElementTree.Element:
     return robot
 
 
-def _name_meshes(robot: ElementTree.Element, path: Path, package_dirs: tuple[Path, ...], hand: str) -> None:
+def name_meshes(robot: ElementTree.Element, path: Path, package_dirs: tuple[Path, ...], hand: str) -> None:
     """Name the collision meshes by their full paths: the text is going to live in another folder."""
     for mesh in robot.iter("mesh"):
         name = mesh.get("filename", "")

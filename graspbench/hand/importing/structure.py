@@ -198,6 +198,6 @@ def _names(chains: Sequence[Sequence[tuple[str, str]]]) -> list[str]:
         plain = re.sub(r"^(joint|link)[_-]|[_.-]*(joint|link)?[_.-]*$", "", common, flags=re.IGNORECASE)
         guesses.append(re.sub(r"\W", "_", plain))
     for names in (by_word, guesses):
-        if len(set(names)) == len(names) and all(len(name) >= 2 for name in names):
+        if len(set(names)) == len(names) and all(names):
             return names
     return [f"finger_{i + 1}" for i in range(len(chains))]
