@@ -92,6 +92,8 @@ def add(
         return
     _print(found)
     used = f"--config-dir {config_dir} hand={found['name']}"
+    if len(found["used"]) == 2:  # two points with friction hold nothing: it turns about the line between
+        used += " quality.contact=soft_finger"
     out.print(f"next: graspbench hands check --config-dir {config_dir} {found['name']}", highlight=False)
     out.print(f"      graspbench run {used} object=cylinder", highlight=False)
 

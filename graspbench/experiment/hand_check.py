@@ -18,6 +18,9 @@ from graspbench.simulation.hand_comparison import compare_hand
 Verdict = Literal["ok", "note", "fault"]
 _POSTURES = 500
 _REFERENCES = ("sphere", "cylinder")
+TWO_FINGERS = "quality.contact=soft_finger"
+"""Two points with friction hold no object: it turns about the line between them."""
+
 _TIP_M, _MASS_SHARE, _LENGTH_M = 1e-4, 0.01, 1e-6
 
 
@@ -212,7 +215,10 @@ def _hold_finding(chosen: Sequence[str], item: str, config_dir: Path | None) -> 
 
     aspect = f"hold {item}"
     try:
-        result = run_trial(load_config([*chosen, f"object={item}", "search.enabled=false"], config_dir))
+        options = [*chosen, f"object={item}", "search.enabled=false"]
+        if load_config(options, config_dir).hand.fingers == 2:
+            options.append(TWO_FINGERS)
+        result = run_trial(load_config(options, config_dir))
     except GraspbenchError as error:
         return Finding(aspect, "fault", str(error))
     if result.status == "done" and result.success:

@@ -253,6 +253,8 @@ class PostureSearch:
             error = settle(
                 inside, self._hand.shapes, task, contact_of, pose, joints, self._system, SETTLE_STEPS
             )
+            if error > TIP_TOLERANCE_M:
+                return np.array([error, 0.0, 0.0])
             return np.array([error, *self._margins_of(fingers, joints)])
         targets = (task.targets - pose[:, 3]) @ pose[:, :3]
         quantities = np.empty((len(fingers), 3, 1))

@@ -20,6 +20,8 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription, Vector3
 
 OBJECT_M = 0.06
+_CHOICE = 2
+"""Directions in which wrist and fingers can still move when all tips are placed, for a hand to be useful."""
 
 
 @dataclass(frozen=True)
@@ -213,11 +215,11 @@ def _own_degrees(hand: HandModel, finger: int, joints: FloatArray) -> tuple[floa
 
 
 def _fingers_to_use(hand: HandModel, found: Opposition) -> int:
-    """Return 3, or 2 where the joints of three fingers with the wrist's six cannot place three tips."""
+    """Return 3, or 2 where three fingers' joints with the wrist's six leave little choice of where it is."""
     if hand.n_fingers < 3:
         return 2
     own = {int(i) for f in found.subsets[3] for i in hand.finger_joints(f)}
-    return 3 if len(own) + 6 >= 9 else 2
+    return 3 if len(own) + 6 >= 9 + _CHOICE else 2
 
 
 def _refuse_unknown(structure: Structure, guesses: Guesses, hand: str) -> None:

@@ -131,12 +131,15 @@ class _Writer:
                         joint=self._joints[j],
                     )
                 at = np.array(model.jnt_pos[j], dtype=float)
-                own = f"{link}_{self._joints[j]}_axis"
-                pose = pose @ _shift(at)
-                self._joint(robot, j, kind, before, own, pose)
-                ElementTree.SubElement(robot, "link", name=own)
+                # The last joint carries the body itself where it turns about the body's origin.
+                direct = j == joints[-1] and bool(np.linalg.norm(at) < 1e-9)
+                own = link if direct else f"{link}_{self._joints[j]}_axis"
+                self._joint(robot, j, kind, before, own, pose @ _shift(at))
                 pose, before = _shift(-at), own
-            self._fixed(robot, f"{link}_mount", before, link, pose)
+                if not direct:
+                    ElementTree.SubElement(robot, "link", name=own)
+            if before != link:
+                self._connect(robot, f"{link}_mount", "fixed", before, link, pose)
         element = ElementTree.SubElement(robot, "link", name=link)
         if b > 0:
             self._inertial(element, b)
@@ -240,11 +243,6 @@ class _Writer:
         ElementTree.SubElement(joint, "parent", link=parent)
         ElementTree.SubElement(joint, "child", link=child)
         return joint
-
-    def _fixed(
-        self, robot: ElementTree.Element, name: str, parent: str, child: str, pose: FloatArray
-    ) -> None:
-        self._connect(robot, name, "fixed", parent, child, pose)
 
 
 def _pose(position: FloatArray, quaternion: FloatArray) -> FloatArray:
