@@ -33,7 +33,10 @@ def list_hands(as_json: Json = False, config_dir: ConfigDir = None) -> None:
 
 @app.command()
 def add(
-    file: Annotated[Path, typer.Argument(help="The hand's URDF or MJCF file.")],
+    file: Annotated[
+        str,
+        typer.Argument(help="The hand's URDF or MJCF file, or package://PACKAGE/PATH of an installed one."),
+    ],
     name: Annotated[str | None, typer.Option(help="What to call the hand; by default as the file.")] = None,
     config_dir: Annotated[
         Path, typer.Option(help="Configuration folder to write to; made where there is none.")

@@ -7,6 +7,7 @@ from typing import Any
 from graspbench.config.trial_config import load_config
 from graspbench.errors import HandError
 from graspbench.hand import load_hand
+from graspbench.hand.files import find_urdf
 from graspbench.hand.importing.arms import without_arm
 from graspbench.hand.importing.description import description_text
 from graspbench.hand.importing.importer import Guesses, import_hand
@@ -14,11 +15,11 @@ from graspbench.hand.importing.mjcf import urdf_of_mjcf
 from graspbench.results.store import write_atomically
 
 
-def add_hand(path: Path, name: str | None, guesses: Guesses, config_dir: Path) -> dict[str, Any]:
+def add_hand(file: Path | str, name: str | None, guesses: Guesses, config_dir: Path) -> dict[str, Any]:
     """Read a hand from a URDF or MJCF file and write its description into a configuration folder.
 
     Args:
-        path: The file.
+        file: The file: a path, or ``package://PACKAGE/PATH`` of an installed package.
         name: What to call the hand; by default as the file.
         guesses: What the user knows better.
         config_dir: The user's configuration folder; it is made where there is none.
@@ -31,15 +32,11 @@ def add_hand(path: Path, name: str | None, guesses: Guesses, config_dir: Path) -
     """
     from graspbench.report.hand_picture import draw_hand  # loads Matplotlib
 
-    if not path.is_file():
-        raise HandError(
-            f"there is no file '{path}'", remedy="give the hand's URDF or MJCF file", path=str(path)
-        )
-    name = name or _plain(path.stem)
+    source, _ = find_urdf(str(file), guesses.package_dirs, name or Path(file).stem)
+    name = name or _plain(source.stem)
     if name != _plain(name):
         raise HandError(f"'{name}' is no name for a hand", remedy="use letters, digits and '_' (--name)")
     folder = config_dir.expanduser().resolve() / "hand"
-    source = path.expanduser().resolve()
     if _is_mjcf(source):
         source = urdf_of_mjcf(source, name, folder / name)
     source = without_arm(source, name, folder / name, guesses.palm, guesses.package_dirs)
@@ -47,7 +44,7 @@ def add_hand(path: Path, name: str | None, guesses: Guesses, config_dir: Path) -
     target = folder / f"{name}.yaml"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(target, description_text(found, str(path)).encode())
+        write_atomically(target, description_text(found, str(file)).encode())
         picture = draw_hand(found.hand, folder / name / f"{name}.png")
     except OSError as error:
         raise HandError(

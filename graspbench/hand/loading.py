@@ -88,7 +88,9 @@ def _load(key: _Key) -> HandModel:
     pinocchio.forwardKinematics(model, data, preferred)
     found = shapes.extract_shapes(model, geometry, data, transform, frames, chains.tips, chains.counts)
     found = shapes.with_pairs(
-        found, shape_poses_of(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
+        found,
+        shape_poses_of(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED])),
+        [shape_poses_of(chains, found, rows) for rows in _drawn_rows(chains, model)],
     )
     loaded = HandModel(
         name=parameters.name,
@@ -121,6 +123,14 @@ def _load(key: _Key) -> HandModel:
 
 def _text(robot: ElementTree.Element) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _drawn_rows(chains: Chains, model: pinocchio.Model) -> list[FloatArray]:
+    """Return some postures from all over the joints' ranges, by finger, shape (f, k) each."""
+    generator, lower, upper = np.random.default_rng(0), model.lowerPositionLimit, model.upperPositionLimit
+    drawn = lower + generator.uniform(0.0, 1.0, (_DRAWN_POSTURES, model.nq)) * (upper - lower)
+    ratios, offsets = chains.limits[..., VECTOR_RATIO], chains.limits[..., VECTOR_OFFSET]
+    return [np.ascontiguousarray(q[chains.index] * ratios + offsets) for q in drawn]
 
 
 def _freedom(hand: HandModel) -> IntArray:

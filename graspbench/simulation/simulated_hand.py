@@ -224,7 +224,16 @@ class SimulatedHand:
             while link in moved or parent[link] in moved:
                 owners.setdefault(link, (f, False))
                 link = parent[link]
+        # What is fixed to a finger's link is part of it; where the tip is a bare frame, of the tip.
+        for link in sorted(parent):
+            above = parent[link]
+            if link not in owners and above in owners and self._is_fixed(link):
+                owners[link] = owners[above]
         return owners
+
+    def _is_fixed(self, link: int) -> bool:
+        info = pybullet.getJointInfo(self.body, link, physicsClientId=self._client)
+        return bool(info[2] == pybullet.JOINT_FIXED)
 
     def _couple(self, ids: dict[str, int], joints: FloatArray) -> None:
         """Let joints that follow others (mimic) do so by gears without play, which carry torques too."""

@@ -23,6 +23,7 @@ _DISTANCE_M = 0.008
 _FACING, _COMFORT, _BALANCE, _PALM = 3.0, 1.2, 6.0, 4.0
 _TRIED, _RESTS, _GOOD = 40, 30, -1.5
 _EDGE = 0.08
+_NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
 _ROOM_M = 0.005
 
 
@@ -112,7 +113,23 @@ def _draw(hand: HandModel, pads: list[FloatArray], shares: FloatArray) -> _Drawn
         # The compiled chains turn joint frames so that z is the axis; pads are given in Pinocchio's.
         normals[:, f] = rotations @ hand.turned(f).T @ pads[f]
         comfort[:, f] = -np.mean((2.0 * shares[:, hand.finger_joints(f)] - 1.0) ** 2, axis=1)
+        comfort[:, f] -= _near_singular(hand, f, joints)
     return _Drawn(joints, tips, normals, comfort)
+
+
+def _near_singular(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
+    """Return how near each posture of a finger is to a singularity, 0 (not at all) to 1, shape (n,)."""
+    columns = []
+    for i in hand.finger_joints(f):
+        ends = []
+        for step in (-_NUDGE, _NUDGE):
+            moved = joints.copy()
+            moved[:, i] += step
+            rotations, origins = _last_frames(hand, f, moved)
+            ends.append(rotations @ hand.chains.tips[f] + origins)
+        columns.append((ends[1] - ends[0]) / (2 * _NUDGE))
+    values = np.linalg.svd(np.stack(columns, axis=2), compute_uv=False)[:, hand.freedom[f] - 1]
+    return np.asarray(1.0 - np.minimum(values / _FAR_FROM_SINGULAR, 1.0))
 
 
 def _last_frames(hand: HandModel, f: int, joints: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,8 @@ from graspbench.hand.importing.structure import FoundFinger
 from graspbench.hand.importing.surfaces import surface_points
 
 _SLICE_M, _SLICE_SHARE = 0.012, 0.35
-_PROUD_M = 5e-4
+_PROUD_M, _END_M = 2e-3, 5e-4
+"""How far a fitted sphere stands out: more than the margin that links keep from the object."""
 _MIN_RADIUS_M, _MAX_RADIUS_M, _BARE_RADIUS_M = 0.004, 0.015, 0.008
 
 
@@ -100,7 +101,7 @@ def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_
     """Fit a sphere to the end of a finger.
 
     A sphere of the description that reaches as far as anything is taken as it is. Otherwise the sphere
-    touches the end of the link and, half a millimetre proud, the side that closes, midway along the axis.
+    is at the end of the link and stands 2 mm proud of the side that closes, midway along the axis.
 
     Args:
         model: The hand.
@@ -129,16 +130,14 @@ def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_
     sides = last.points[heights >= end - 2.0 * deep - 1e-3] if len(tip) < 8 else tip
     low, high = (sides @ last.axis).min(), (sides @ last.axis).max()
     back, front = (sides @ last.pad).min(), (sides @ last.pad).max()
-    if last.pad @ last.axis > 0.5:  # of a sliding finger: the width is across both
+    if abs(last.pad @ last.axis) > 0.5:  # of a sliding finger: the width is across both
         across = np.cross(last.axis, last.outwards)
         low, high = (sides @ across).min(), (sides @ across).max()
         wide, middle_ = across, 0.5 * (low + high)
     else:
         wide, middle_ = last.axis, 0.5 * (low + high)
     radius = radius_m or float(np.clip(0.5 * min(high - low, front - back), _MIN_RADIUS_M, _MAX_RADIUS_M))
-    centre = (
-        middle_ * wide + (front + _PROUD_M - radius) * last.pad + (end + _PROUD_M - radius) * last.outwards
-    )
+    centre = middle_ * wide + (front + _PROUD_M - radius) * last.pad + (end + _END_M - radius) * last.outwards
     return FoundTip(centre, radius, "the end of its last link")
 
 
