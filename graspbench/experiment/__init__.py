@@ -21,6 +21,8 @@ if TYPE_CHECKING:
         manipulation_config_from_tree,
     )
     from graspbench.experiment.catalogue import describe_hands, describe_objects
+    from graspbench.experiment.hand_check import check_hand
+    from graspbench.experiment.hands import add_hand, show_hand
     from graspbench.experiment.objects import check_object, repair_object, show_object
     from graspbench.results.columns import describe_column, results_frame
     from graspbench.results.plain import to_json
@@ -38,6 +40,8 @@ _HOMES = {
     "SweepTrial": "sweep.grid",
     "TrialConfig": "config.trial_config",
     "TrialResult": "results.trial_result",
+    "add_hand": "experiment.hands",
+    "check_hand": "experiment.hand_check",
     "check_object": "experiment.objects",
     "compose_tree": "config.compose",
     "config_from_tree": "config.trial_config",
@@ -59,6 +63,7 @@ _HOMES = {
     "run_and_store": "trial.runner",
     "run_sweep": "sweep.grid",
     "run_trial": "trial.runner",
+    "show_hand": "experiment.hands",
     "show_object": "experiment.objects",
     "split_engine": "config.engine",
     "to_json": "results.plain",
@@ -73,6 +78,8 @@ __all__ = [
     "SweepTrial",
     "TrialConfig",
     "TrialResult",
+    "add_hand",
+    "check_hand",
     "check_object",
     "compose_tree",
     "config_from_tree",
@@ -94,6 +101,7 @@ __all__ = [
     "run_and_store",
     "run_sweep",
     "run_trial",
+    "show_hand",
     "show_object",
     "split_engine",
     "to_json",

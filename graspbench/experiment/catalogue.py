@@ -1,9 +1,11 @@
 """What there is to choose from, as rows for people and machines."""
 
+from pathlib import Path
 from typing import Any
 
 from graspbench.config.compose import group_options
 from graspbench.config.trial_config import load_config
+from graspbench.errors import GraspbenchError
 from graspbench.experiment.objects import describe_model
 from graspbench.geometry import ObjectParameters, catalogue_entry, list_objects, load_object
 
@@ -38,13 +40,21 @@ def describe_objects(*, properties: bool = False) -> list[dict[str, Any]]:
     return rows
 
 
-def describe_hands() -> list[dict[str, Any]]:
-    """Return one row a hand of the configuration group ``hand``."""
+def describe_hands(config_dir: Path | None = None) -> list[dict[str, Any]]:
+    """Return one row a hand of the configuration group ``hand``.
+
+    Args:
+        config_dir: A folder with further hands; one of these that cannot be loaded says why.
+    """
     from graspbench.hand import GraspChecker, load_hand
 
-    rows = []
-    for option in group_options()["hand"]:
-        hand = load_hand(load_config([f"hand={option}", "record=off"]).hand)
+    rows: list[dict[str, Any]] = []
+    for option in group_options(config_dir)["hand"]:
+        try:
+            hand = load_hand(load_config([f"hand={option}", "record=off"], config_dir).hand)
+        except GraspbenchError as error:
+            rows.append({"name": option, "problem": str(error)})
+            continue
         rows.append(
             {
                 "name": option,

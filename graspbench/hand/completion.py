@@ -33,7 +33,7 @@ def completed_description(
         HandError: The file is no URDF, names a mesh that is not there, or has joints that cannot be used.
     """
     hand = parameters.name
-    robot = _parsed(path, hand)
+    robot = parsed_urdf(path, hand)
     try:
         fingers = _complete(robot, path, package_dirs, parameters)
     except ValueError as error:  # a number that is none, somewhere in the file
@@ -53,7 +53,7 @@ def _complete(
         for visual in link.findall("visual"):
             link.remove(visual)
     replace_collision(robot, parameters.collision, hand)
-    _name_meshes(robot, path, package_dirs, hand)
+    name_meshes(robot, path, package_dirs, hand)
     lock_joints(robot, parameters)
     _complete_limits(robot, parameters)
     fingers = tuple(_with_centre(robot, finger, hand) for finger in parameters.chains)
@@ -72,7 +72,8 @@ def add_tip_spheres(
         ElementTree.SubElement(geometry, "sphere", radius=f"{radius_m:.12g}")
 
 
-def _parsed(path: Path, hand: str) -> ElementTree.Element:
+def parsed_urdf(path: Path, hand: str) -> ElementTree.Element:
+    """Return the root of a URDF file; raise HandError where it is none."""
     try:
         robot = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError) as error:
@@ -90,7 +91,7 @@ def _parsed(path: Path, hand: str) -> ElementTree.Element:
     return robot
 
 
-def _name_meshes(robot: ElementTree.Element, path: Path, package_dirs: tuple[Path, ...], hand: str) -> None:
+def name_meshes(robot: ElementTree.Element, path: Path, package_dirs: tuple[Path, ...], hand: str) -> None:
     """Name the collision meshes by their full paths: the text is going to live in another folder."""
     for mesh in robot.iter("mesh"):
         name = mesh.get("filename", "")

@@ -10,7 +10,7 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.compiled import compiled, inner
-from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
+from graspbench.hand.chains import LOWER, PREFERRED, SLIDES, UPPER, Chains
 
 IK_ITERATIONS = 40
 IK_TOLERANCE_M = 1e-9
@@ -47,7 +47,9 @@ def forward(chains: Chains, f: int, joints: FloatArray, frames: FloatArray, tip:
     """
     n = chains.counts[f]
     for j in range(n):
-        c, s = math.cos(joints[j]), math.sin(joints[j])
+        c, s, slide = math.cos(joints[j]), math.sin(joints[j]), 0.0
+        if chains.kinds[f, j, SLIDES] == 1:
+            c, s, slide = 1.0, 0.0, joints[j]
         for row in range(3):
             if j == 0:
                 a, b, z = chains.fixed[f, j, row, 0], chains.fixed[f, j, row, 1], chains.fixed[f, j, row, 2]
@@ -64,7 +66,7 @@ def forward(chains: Chains, f: int, joints: FloatArray, frames: FloatArray, tip:
             frames[j, row, 0] = c * a + s * b
             frames[j, row, 1] = c * b - s * a
             frames[j, row, 2] = z
-            frames[j, row, 3] = origin
+            frames[j, row, 3] = origin + slide * z
     x, y, z = chains.tips[f, 0], chains.tips[f, 1], chains.tips[f, 2]
     for row in range(3):
         tip[row] = (
@@ -177,7 +179,8 @@ def finger_ik(
 ) -> float:
     """Bring the tip of finger ``f`` to a target by damped least squares within the joint limits.
 
-    Joints that a step would push out of their range are taken out of that step. What freedom is left
+    For fingers of three or more joints that turn and follow none. Joints that a step would push out of their
+    range are taken out of that step. What freedom is left
     pulls the joints towards their preferred positions.
 
     Args:

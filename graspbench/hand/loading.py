@@ -1,6 +1,7 @@
 """Loading a hand: from its description and its URDF to a hand model."""
 
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -8,13 +9,21 @@ from typing import Any
 import numpy as np
 import pinocchio
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand import shapes
-from graspbench.hand.chains import PREFERRED, extract_chains
+from graspbench.hand.chains import (
+    PREFERRED,
+    VECTOR_OFFSET,
+    VECTOR_RATIO,
+    Chains,
+    coupling,
+    extract_chains,
+    joint_units,
+)
 from graspbench.hand.completion import add_tip_spheres, completed_description
 from graspbench.hand.files import find_urdf, write_urdf
-from graspbench.hand.model import HandModel, shape_poses
+from graspbench.hand.model import Follower, HandModel, shape_poses
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
 from graspbench.hand.radial import describe_radial, radial_urdf
 from graspbench.quiet import captured_output
@@ -63,7 +72,7 @@ def _load(key: _Key) -> HandModel:
         robot, fingers = completed_description(source, package_dirs, parameters)
         path, palm = write_urdf(_text(robot), source.stem), parameters.palm
     used = _choose(parameters, fingers)
-    model, geometry = _read(path, package_dirs, parameters.name)
+    model, geometry = read_urdf(path, package_dirs, parameters.name)
     transform = _palm_placement(model, palm, parameters.name)
     # All fingers are read, so that an idle one is checked and known to rest.
     extract_chains(model, transform, fingers, parameters.name)
@@ -72,21 +81,22 @@ def _load(key: _Key) -> HandModel:
     if bare and robot is not None:
         add_tip_spheres(robot, [used[f] for f in bare], parameters.tip_radius_m)
         path = write_urdf(_text(robot), path.stem.rsplit("_", 1)[0])
-        model, geometry = _read(path, package_dirs, parameters.name)
+        model, geometry = read_urdf(path, package_dirs, parameters.name)
     rest = _rest(model, fingers)
-    preferred = rest.copy()
-    for f in range(len(used)):
-        preferred[chains.index[f, : chains.counts[f]]] = chains.limits[f, : chains.counts[f], PREFERRED]
+    preferred = _preferred(rest, chains)
     data = model.createData()
     pinocchio.forwardKinematics(model, data, preferred)
     found = shapes.extract_shapes(model, geometry, data, transform, frames, chains.tips, chains.counts)
     found = shapes.with_pairs(
-        found, shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED]))
+        found,
+        shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED])),
+        [shape_poses(chains, found, rows) for rows in _drawn_rows(chains, model)],
     )
     loaded = HandModel(
         name=parameters.name,
         finger_names=tuple(finger.name for finger in used),
-        joint_names=tuple(model.names[1:]),
+        joint_names=tuple(model.names[j] for j in range(1, model.njoints) if model.joints[j].nq == 1),
+        followers=_followers(model),
         lower=np.array(model.lowerPositionLimit),
         upper=np.array(model.upperPositionLimit),
         velocity_limits=np.array(model.velocityLimit),
@@ -104,31 +114,70 @@ def _load(key: _Key) -> HandModel:
         model=model,
         geometry=geometry,
         chains=chains,
+        chain_joints=_chain_joints(frames, len(used)),
+        freedom=np.full(len(used), 3, dtype=np.int64),
         shapes=found,
     )
-    _refuse_flat_fingers(loaded)
-    return loaded
+    return replace(loaded, freedom=_freedom(loaded))
 
 
 def _text(robot: ElementTree.Element) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def _refuse_flat_fingers(hand: HandModel) -> None:
-    """Refuse fingers whose tips move in a plane or on a line only, whatever the posture."""
+def _drawn_rows(chains: Chains, model: pinocchio.Model) -> list[FloatArray]:
+    """Return some postures from all over the joints' ranges, by finger, shape (f, k) each."""
+    generator, lower, upper = np.random.default_rng(0), model.lowerPositionLimit, model.upperPositionLimit
+    drawn = lower + generator.uniform(0.0, 1.0, (_DRAWN_POSTURES, model.nq)) * (upper - lower)
+    ratios, offsets = chains.limits[..., VECTOR_RATIO], chains.limits[..., VECTOR_OFFSET]
+    return [np.ascontiguousarray(q[chains.index] * ratios + offsets) for q in drawn]
+
+
+def _freedom(hand: HandModel) -> IntArray:
+    """Return in how many directions each finger moves its tip by itself, whatever the posture."""
     generator = np.random.default_rng(0)
     shares = generator.uniform(0.1, 0.9, (_DRAWN_POSTURES, hand.n_joints))
     drawn = hand.lower + shares * (hand.upper - hand.lower)
     jacobians = np.stack([hand.tip_jacobians(joints) for joints in drawn])
-    freedom = np.linalg.svd(jacobians, compute_uv=False)[..., -1].max(axis=0)
-    flat = np.flatnonzero(freedom < _FLAT_M)
-    if flat.size:
+    largest = np.linalg.svd(jacobians, compute_uv=False).max(axis=0)
+    freedom = np.sum(largest >= _FLAT_M, axis=1)
+    if np.any(still := freedom == 0):
+        name = hand.finger_names[int(np.flatnonzero(still)[0])]
         raise HandError(
-            f"finger '{hand.finger_names[flat[0]]}' of hand '{hand.name}' moves its tip in a plane only (its "
-            "joints' axes are parallel)",
-            remedy="describe fingers with a joint that moves them sideways",
-            finger=hand.finger_names[flat[0]],
+            f"the joints of finger '{name}' of hand '{hand.name}' do not move the centre of its tip",
+            remedy="set the finger's tip_xyz_m, or name another tip link",
+            finger=name,
         )
+    return np.asarray(freedom, dtype=np.int64)
+
+
+def _followers(model: pinocchio.Model) -> tuple[Follower, ...]:
+    names = {int(joint.idx_q): model.names[j] for j, joint in enumerate(model.joints) if j and joint.nq == 1}
+    return tuple(
+        Follower(model.names[j], names[int(joint.idx_q)], *coupling(model, j))
+        for j, joint in enumerate(model.joints)
+        if j and joint.nq == 0
+    )
+
+
+def _chain_joints(
+    frames: dict[int, tuple[int, int, pinocchio.SE3]], n_fingers: int
+) -> tuple[tuple[int, ...], ...]:
+    rows: list[list[int]] = [[] for _ in range(n_fingers)]
+    for joint, (finger, _, _) in frames.items():
+        rows[finger].append(joint)
+    return tuple(tuple(row) for row in rows)
+
+
+def _preferred(rest: FloatArray, chains: Chains) -> FloatArray:
+    """Return the preferred joints of a grasp; idle joints at rest."""
+    preferred = rest.copy()
+    for f, count in enumerate(chains.counts):
+        limits = chains.limits[f, :count]
+        preferred[chains.index[f, :count]] = (limits[:, PREFERRED] - limits[:, VECTOR_OFFSET]) / limits[
+            :, VECTOR_RATIO
+        ]
+    return preferred
 
 
 def _choose(
@@ -153,11 +202,12 @@ def _choose(
     return tuple(fingers[names.index(name)] for name in chosen)
 
 
-def _read(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
+def read_urdf(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
+    """Read Pinocchio's model and collision geometry from a completed URDF."""
     folders = [str(folder) for folder in package_dirs]
     try:
         with captured_output():
-            model = pinocchio.buildModelFromUrdf(str(path))
+            model = pinocchio.buildModelFromUrdf(str(path), mimic=True)
             geometry = pinocchio.buildGeomFromUrdf(
                 model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
             )
@@ -176,10 +226,10 @@ def _read(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, A
             path=str(path),
         ) from error
     for joint in range(1, model.njoints):
-        if model.joints[joint].nq != 1:
+        if model.joints[joint].nq > 1:
             raise HandError(
                 f"joint '{model.names[joint]}' of hand '{hand}' is not a plain joint with limits",
-                remedy="make it revolute with limits, or lock it with hand.locked_deg",
+                remedy="make it revolute or prismatic with limits, or lock it with hand.locked_deg",
                 joint=model.names[joint],
             )
     return model, geometry
@@ -203,7 +253,13 @@ def _rest(model: pinocchio.Model, fingers: tuple[FingerDescription, ...]) -> Flo
             continue
         frame = model.frames[model.getFrameId(finger.tip)]
         support = [j for j in model.supports[frame.parentJoint] if j != 0]
-        for joint, angle in zip(support, np.radians(angles), strict=False):
+        if len(angles) != len(support):  # those of joints that follow others may be left out
+            support = [j for j in support if model.joints[j].nq == 1]
+        for joint, angle in zip(support, angles, strict=False):
+            if model.joints[joint].nq == 0:
+                continue
             i = model.joints[joint].idx_q
-            rest[i] = np.clip(angle, model.lowerPositionLimit[i], model.upperPositionLimit[i])
+            slides = "P" in model.joints[joint].shortname().removeprefix("JointModel")
+            value = float(joint_units(np.array(angle), np.array(int(slides))))
+            rest[i] = np.clip(value, model.lowerPositionLimit[i], model.upperPositionLimit[i])
     return np.asarray(rest, dtype=float)

@@ -8,10 +8,36 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand import kinematics
-from graspbench.hand.chains import Chains
+from graspbench.hand.chains import (
+    LEADER,
+    LEADER_FINGER,
+    SLIDES,
+    VECTOR_OFFSET,
+    VECTOR_RATIO,
+    Chains,
+    align_z,
+    motion_axis,
+)
 from graspbench.hand.kinematics import FingerSolutions
 from graspbench.hand.parameters import Margins
 from graspbench.hand.shapes import Shapes
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A joint that follows another (URDF: mimic): position = ratio * the other's + offset.
+
+    Attributes:
+        name: The joint that follows.
+        leader: The joint that it follows, one of ``HandModel.joint_names``.
+        ratio: Rad or m of the joint per rad or m of its leader.
+        offset: Its position where the leader is at 0, rad or m.
+    """
+
+    name: str
+    leader: str
+    ratio: float
+    offset: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +47,9 @@ class HandModel:
     Attributes:
         name: Name of the hand.
         finger_names: Fingers in use, shape (n_f,).
-        joint_names: All joints that move, idle ones included, in the order of every joint vector.
-        lower: Lower joint limits, shape (n_q,), rad.
+        joint_names: Joints that move by themselves, idle ones included, in the order of every joint vector.
+        followers: The joints that follow some of these.
+        lower: Lower joint limits, shape (n_q,), rad (of a sliding joint, here and below: m).
         upper: Upper joint limits, shape (n_q,), rad.
         velocity_limits: Joint velocity limits, shape (n_q,), rad/s.
         effort_limits: Joint torque limits, shape (n_q,), N m.
@@ -39,12 +66,15 @@ class HandModel:
         model: Pinocchio's model, base at the root link.
         geometry: Its collision geometry.
         chains: The fingers in use, for compiled kinematics.
+        chain_joints: Numbers of Pinocchio's joints along each finger.
+        freedom: In how many directions each finger can move its tip by itself, shape (n_f,).
         shapes: The collision shapes, for compiled distances; idle fingers count as palm.
     """
 
     name: str
     finger_names: tuple[str, ...]
     joint_names: tuple[str, ...]
+    followers: tuple[Follower, ...]
     lower: FloatArray
     upper: FloatArray
     velocity_limits: FloatArray
@@ -62,6 +92,8 @@ class HandModel:
     model: Any
     geometry: Any
     chains: Chains
+    chain_joints: tuple[tuple[int, ...], ...]
+    freedom: IntArray
     shapes: Shapes
 
     @property
@@ -74,19 +106,56 @@ class HandModel:
         """Number of joints, idle ones included."""
         return len(self.joint_names)
 
+    @property
+    def places_by_wrist(self) -> bool:
+        """Whether some finger cannot place its tip by itself, so that the wrist has to make up for it.
+
+        That is so of fingers of one or two joints, of parallel axes only, and, as the compiled solvers of a
+        single finger do not know them, of joints that slide or follow others.
+        """
+        kinds = self.chains.kinds
+        own = (kinds[..., LEADER_FINGER] == np.arange(self.n_fingers)[:, None]) & (
+            kinds[..., LEADER] == np.arange(kinds.shape[1])
+        )
+        return bool(np.any(self.freedom < 3) or not np.all(own) or np.any(kinds[..., SLIDES] == 1))
+
     def finger_joints(self, finger: int) -> IntArray:
-        """Return where the joints of a finger are in the joint vector, shape (k,)."""
-        return self.chains.index[finger, : self.chains.counts[finger]]
+        """Return where the joints that move a finger are in the joint vector, palm to tip, shape (k,)."""
+        index = self.chains.index[finger, : self.chains.counts[finger]]
+        return index[np.sort(np.unique(index, return_index=True)[1])]
+
+    def led_joints(self, finger: int) -> IntArray:
+        """Return the positions in a finger's chain of the joints that its description gives, shape (k,).
+
+        Those are all but the ones that follow another: of this finger, or of one before it.
+        """
+        kinds = self.chains.kinds[finger, : self.chains.counts[finger]]
+        own = (kinds[:, LEADER_FINGER] == finger) & (kinds[:, LEADER] == np.arange(len(kinds)))
+        return np.flatnonzero(own)
+
+    def turned(self, finger: int) -> FloatArray:
+        """Return the rotation from the last joint's frame in the chain, whose axis is z, to Pinocchio's."""
+        joint = self.chain_joints[finger][-1]
+        _, axis = motion_axis(self.model, joint, self.name)
+        return align_z(axis)
+
+    def slides(self, finger: int, position: int) -> bool:
+        """Return whether a joint of a finger's chain slides."""
+        return bool(self.chains.kinds[finger, position, SLIDES])
 
     def by_finger(self, joints: FloatArray) -> FloatArray:
         """Return the joint vector as one row a finger, shape (n_f, k); short fingers are padded."""
-        return np.ascontiguousarray(joints[self.chains.index], dtype=float)
+        limits = self.chains.limits
+        rows = joints[self.chains.index] * limits[..., VECTOR_RATIO] + limits[..., VECTOR_OFFSET]
+        return np.ascontiguousarray(rows, dtype=float)
 
     def joint_vector(self, by_finger: FloatArray) -> FloatArray:
         """Return the joint vector of the rows of ``by_finger``; idle joints at rest, shape (n_q,)."""
         joints = self.preferred.copy()
         for f in range(self.n_fingers):
-            joints[self.finger_joints(f)] = by_finger[f, : self.chains.counts[f]]
+            count = self.chains.counts[f]
+            rows, limits = by_finger[f, :count], self.chains.limits[f, :count]
+            joints[self.chains.index[f, :count]] = (rows - limits[:, VECTOR_OFFSET]) / limits[:, VECTOR_RATIO]
         return joints
 
     def tip_positions(self, joints: FloatArray) -> FloatArray:
@@ -98,7 +167,9 @@ class HandModel:
         per_finger = _jacobians(self.chains, self.by_finger(joints))
         jacobians = np.zeros((self.n_fingers, 3, self.n_joints))
         for f in range(self.n_fingers):
-            jacobians[f][:, self.finger_joints(f)] = per_finger[f][:, : self.chains.counts[f]]
+            for k in range(self.chains.counts[f]):
+                ratio = self.chains.limits[f, k, VECTOR_RATIO]
+                jacobians[f, :, self.chains.index[f, k]] += ratio * per_finger[f, :, k]
         return jacobians
 
     def manipulability(self, joints: FloatArray) -> FloatArray:
@@ -117,6 +188,7 @@ class HandModel:
             targets: Wanted tip centres, palm frame, shape (m, 3).
             start: Joints of this finger to start from, shape (k,) or (m, k).
             centring: How much the finger's free motion is used to move towards its preferred joints, 0 to 1.
+                For fingers of three joints or more that turn and follow none (see ``places_by_wrist``).
 
         Returns:
             The solutions; ``error_m`` tells which targets are out of reach.
@@ -137,8 +209,11 @@ def _frames(chains: Chains, joints: FloatArray) -> FloatArray:
     for j in range(k):
         fixed, turn = np.tile(np.eye(4), (n, 1, 1)), np.tile(np.eye(4), (n, 1, 1))
         fixed[:, :3] = chains.fixed[:, j]
-        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(joints[:, j])
-        turn[:, 1, 0] = np.sin(joints[:, j])
+        slides = chains.kinds[:, j, SLIDES] == 1
+        angles = np.where(slides, 0.0, joints[:, j])
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angles)
+        turn[:, 1, 0] = np.sin(angles)
+        turn[:, 2, 3] = np.where(slides, joints[:, j], 0.0)
         turn[:, 0, 1] = -turn[:, 1, 0]
         before = before @ fixed @ turn
         frames[:, j] = before
@@ -155,7 +230,8 @@ def _jacobians(chains: Chains, joints: FloatArray) -> FloatArray:
     last = frames[np.arange(len(joints)), chains.counts - 1]
     tips = np.einsum("fij,fj->fi", last[:, :, :3], chains.tips) + last[:, :, 3]
     arms = tips[:, None] - frames[..., 3]
-    return np.cross(frames[..., 2], arms).transpose(0, 2, 1)
+    slides = (chains.kinds[..., SLIDES] == 1)[..., None]
+    return np.where(slides, frames[..., 2], np.cross(frames[..., 2], arms)).transpose(0, 2, 1)
 
 
 def shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> FloatArray:

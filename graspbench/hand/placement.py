@@ -12,14 +12,44 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
+from graspbench.hand.chains import (
+    LEADER,
+    LEADER_FINGER,
+    LOWER,
+    OFFSET,
+    PREFERRED,
+    RATIO,
+    SLIDES,
+    UPPER,
+    Chains,
+)
 from graspbench.hand.collision import place_hand
 from graspbench.hand.gaps import collect_hand, collect_tips, collect_world
 from graspbench.hand.shapes import Shapes
 from graspbench.hand.task import WORLD, System, Task
 
 CENTRING_WEIGHT = 0.25
+SETTLED_M = 1e-8
+WRIST_SHARE = 0.01  # m^2/rad^2: a shift of the wrist by 1 cm counts as a turn by 0.1 rad
 TRIAL, PROMISING_COST = 8, 10.0  # evaluations after which a start that is not as good as that is given up
+
+
+@inner
+def _is_leader(chains: Chains, f: int, j: int) -> bool:
+    """Tell whether a joint follows no other."""
+    own: bool = chains.kinds[f, j, LEADER_FINGER] == f and chains.kinds[f, j, LEADER] == j
+    return own
+
+
+@inner
+def _leads(chains: Chains, f: int, j: int, contact_of: IntArray) -> bool:
+    """Tell whether a joint moves, by one that follows it, a finger that has a contact."""
+    for g in range(contact_of.size):
+        for m in range(chains.counts[g]):
+            led = chains.kinds[g, m, LEADER_FINGER] == f and chains.kinds[g, m, LEADER] == j
+            if contact_of[g] >= 0 and led:
+                return True
+    return False
 
 
 @inner
@@ -55,7 +85,10 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
                     a, b = px - system.frames[f, j, 0, 3], py - system.frames[f, j, 1, 3]
                     c = pz - system.frames[f, j, 2, 3]
                     speed = x * (v * c - w * b) + y * (w * a - u * c) + z * (u * b - v * a)
-                    system.row[6 + f * k + j] += sign * speed
+                    if chains.kinds[f, j, SLIDES] == 1:
+                        speed = x * u + y * v + z * w
+                    leader = chains.kinds[f, j, LEADER_FINGER] * k + chains.kinds[f, j, LEADER]
+                    system.row[6 + leader] += sign * speed * chains.limits[f, j, RATIO]
         square = gap[1] * gap[1]
         cost += square * gap[0] * gap[0]
         for i in range(size):
@@ -66,6 +99,8 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
                     system.hessian[i, j] += a * system.row[j]
     for f in range(n):
         for j in range(chains.counts[f]):
+            if not _is_leader(chains, f, j):
+                continue
             half = 0.5 * (chains.limits[f, j, UPPER] - chains.limits[f, j, LOWER])
             pull = CENTRING_WEIGHT * (joints[f, j] - chains.limits[f, j, PREFERRED]) / half
             i = 6 + f * k + j
@@ -129,6 +164,11 @@ def _move(chains: Chains, pose: FloatArray, joints: FloatArray, step: FloatArray
         for j in range(chains.counts[f]):
             value = joints[f, j] + min(0.6, max(-0.6, step[6 + f * k + j]))
             joints[f, j] = min(chains.limits[f, j, UPPER], max(chains.limits[f, j, LOWER], value))
+    for f in range(n):
+        for j in range(chains.counts[f]):
+            if not _is_leader(chains, f, j):
+                led = joints[chains.kinds[f, j, LEADER_FINGER], chains.kinds[f, j, LEADER]]
+                joints[f, j] = chains.limits[f, j, RATIO] * led + chains.limits[f, j, OFFSET]
 
 
 @inner
@@ -189,7 +229,8 @@ def improve(
             for f in range(n):
                 for j in range(k):
                     i = 6 + f * k + j
-                    used = contact_of[f] >= 0 and j < chains.counts[f]
+                    used = j < chains.counts[f] and _is_leader(chains, f, j)
+                    used = used and (contact_of[f] >= 0 or _leads(chains, f, j, contact_of))
                     low = used and joints[f, j] <= chains.limits[f, j, LOWER] and system.gradient[i] < 0.0
                     high = used and joints[f, j] >= chains.limits[f, j, UPPER] and system.gradient[i] > 0.0
                     system.frozen[i] = 1.0 if not used or low or high else 0.0
@@ -207,3 +248,99 @@ def improve(
     _copy(system.best_pose, pose)
     _copy(system.best_joints, joints)
     return best
+
+
+@compiled
+def settle(
+    chains: Chains,
+    shapes: Shapes,
+    task: Task,
+    contact_of: IntArray,
+    pose: FloatArray,
+    joints: FloatArray,
+    system: System,
+    iterations: int,
+) -> float:
+    """Bring all tips exactly to their targets by the least motion of wrist and joints, in place.
+
+    Newton steps of least norm. It is for fingers that cannot place their tips by themselves: of one or two
+    joints, or with joints that follow others. Joints at a limit that a step would cross rest.
+
+    Args:
+        chains: The fingers.
+        shapes: The collision shapes.
+        task: What to reach.
+        contact_of: Contact of each finger, -1 for none, shape (f,).
+        pose: Pose of the palm frame in the world, shape (3, 4).
+        joints: Joints by finger, shape (f, k).
+        system: Work space, from ``make_system``.
+        iterations: Most steps.
+
+    Returns:
+        The largest distance left between tip and target, m.
+    """
+    n, k = joints.shape
+    size = system.row.size
+    rows, gaps = np.zeros((3 * n, size)), np.zeros(3 * n)
+    left = np.inf
+    for _ in range(iterations):
+        place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
+        count = collect_tips(chains, task, contact_of, pose, system)
+        left = 0.0
+        for r in range(0, count, 3):
+            square = system.gaps[r, 0] ** 2 + system.gaps[r + 1, 0] ** 2 + system.gaps[r + 2, 0] ** 2
+            left = max(left, math.sqrt(square))
+        if left < SETTLED_M:
+            break
+        rows[:] = 0.0
+        for r in range(count):
+            _tip_row(chains, system, r, k, rows[r])
+            gaps[r] = -system.gaps[r, 0]
+        for i in range(size):
+            system.frozen[i] = 0.0
+        for _blocked in range(n * k + 1):
+            gram = np.zeros((count, count))
+            for a in range(count):
+                for b in range(count):
+                    for i in range(size):
+                        if system.frozen[i] == 0.0:
+                            gram[a, b] += rows[a, i] * rows[b, i] * (WRIST_SHARE if i < 3 else 1.0)
+                gram[a, a] += 1e-12
+            weights = np.linalg.solve(gram, gaps[:count])
+            blocked = False
+            for i in range(size):
+                system.step[i] = 0.0
+                if system.frozen[i] == 0.0:
+                    for a in range(count):
+                        system.step[i] += rows[a, i] * weights[a] * (WRIST_SHARE if i < 3 else 1.0)
+            for f in range(n):
+                for j in range(chains.counts[f]):
+                    i, value = 6 + f * k + j, joints[f, j]
+                    low = value <= chains.limits[f, j, LOWER] and system.step[i] < 0.0
+                    high = value >= chains.limits[f, j, UPPER] and system.step[i] > 0.0
+                    if system.frozen[i] == 0.0 and (low or high):
+                        system.frozen[i], blocked = 1.0, True
+            if not blocked:
+                break
+        _move(chains, pose, joints, system.step)
+    return left
+
+
+@inner
+def _tip_row(chains: Chains, system: System, r: int, k: int, row: FloatArray) -> None:
+    """Write the derivative of a tip's gap by the wrist's twist and the joints that lead."""
+    gap, f = system.gaps[r], system.bodies[r, 0]
+    x, y, z = gap[2], gap[3], gap[4]
+    px, py, pz = gap[8], gap[9], gap[10]
+    row[0], row[1], row[2] = x, y, z
+    row[3], row[4], row[5] = py * z - pz * y, pz * x - px * z, px * y - py * x
+    for j in range(chains.counts[f]):
+        u, v, w = system.frames[f, j, 0, 2], system.frames[f, j, 1, 2], system.frames[f, j, 2, 2]
+        a, b = gap[5] - system.frames[f, j, 0, 3], gap[6] - system.frames[f, j, 1, 3]
+        c = gap[7] - system.frames[f, j, 2, 3]
+        speed = x * (v * c - w * b) + y * (w * a - u * c) + z * (u * b - v * a)
+        if chains.kinds[f, j, SLIDES] == 1:
+            speed = x * u + y * v + z * w
+        row[6 + chains.kinds[f, j, LEADER_FINGER] * k + chains.kinds[f, j, LEADER]] += (
+            speed * chains.limits[f, j, RATIO]
+        )

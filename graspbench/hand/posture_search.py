@@ -13,13 +13,13 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.obstacle import Obstacle, make_obstacle
 from graspbench.hand.parameters import Margins
 from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink, triangles_of
-from graspbench.hand.placement import improve
+from graspbench.hand.placement import improve, settle
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.starts import CHOICES, approach_directions, rank_starts
 from graspbench.hand.task import HEIGHT, Task, make_system
 
 COLD_STARTS = 12
-REACH_STEPS, COLD_STEPS, WARM_STEPS = 10, 18, 10
+REACH_STEPS, COLD_STEPS, WARM_STEPS, SETTLE_STEPS = 10, 18, 10, 12
 GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
@@ -108,6 +108,7 @@ class PostureSearch:
         m = margins
         self._margins = np.array([m.joint, m.singular_value_m, m.ground_m, m.hand_m, m.object_m])
         self._assignments: dict[int, IntArray] = {}
+        self._by_wrist = hand.places_by_wrist
         self._rest = hand.by_finger(hand.rest)
         self._tips = hand.tip_positions(hand.preferred)
         self._system = make_system(hand.chains, hand.shapes)
@@ -215,7 +216,7 @@ class PostureSearch:
                 return Attempt(TIPS, -error, cost, posture)
         steps = COLD_STEPS if cold else WARM_STEPS
         cost = improve(chains, hand.shapes, guide, contact_of, pose, joints, system, True, steps)
-        quantities = self._settle(task, fingers, pose, joints)
+        quantities = self._settle(task, fingers, contact_of, pose, joints)
         clearances = np.zeros(3)
         if quantities[0] <= TIP_TOLERANCE_M:
             measure_clearances(hand.chains, hand.shapes, task, contact_of, pose, joints, system, clearances)
@@ -231,23 +232,49 @@ class PostureSearch:
     def _within_margins(self, fingers: IntArray) -> Chains:
         """Return the chains, those of the used fingers with limits that keep the margin."""
         limits = self._hand.chains.limits.copy()
-        ranges = limits[fingers, :, UPPER] - limits[fingers, :, LOWER]
-        limits[fingers, :, LOWER] += JOINT_BUFFER * self._margins[0] * ranges
-        limits[fingers, :, UPPER] -= JOINT_BUFFER * self._margins[0] * ranges
+        # Joints of idle fingers may lead some of the used ones.
+        moved = slice(None) if self._by_wrist else fingers
+        ranges = limits[moved, :, UPPER] - limits[moved, :, LOWER]
+        limits[moved, :, LOWER] += JOINT_BUFFER * self._margins[0] * ranges
+        limits[moved, :, UPPER] -= JOINT_BUFFER * self._margins[0] * ranges
         return self._hand.chains._replace(limits=limits)
 
-    def _settle(self, task: Task, fingers: IntArray, pose: FloatArray, joints: FloatArray) -> FloatArray:
-        """Bring every tip exactly to its target, the wrist at rest; joints change in place.
+    def _settle(
+        self, task: Task, fingers: IntArray, contact_of: IntArray, pose: FloatArray, joints: FloatArray
+    ) -> FloatArray:
+        """Bring every tip exactly to its target, in place: by joints alone, or by the wrist too.
 
         Returns:
             Largest tip error, smallest joint margin, smallest singular value.
         """
         chains = self._hand.chains
+        if self._by_wrist:
+            inside = self._within_margins(fingers)
+            error = settle(
+                inside, self._hand.shapes, task, contact_of, pose, joints, self._system, SETTLE_STEPS
+            )
+            if error > TIP_TOLERANCE_M:
+                return np.array([error, 0.0, 0.0])
+            return np.array([error, *self._margins_of(fingers, joints)])
         targets = (task.targets - pose[:, 3]) @ pose[:, :3]
         quantities = np.empty((len(fingers), 3, 1))
         for i, f in enumerate(fingers):
             finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[i])
         return np.array([quantities[:, 0].max(), quantities[:, 1].min(), quantities[:, 2].min()])
+
+    def _margins_of(self, fingers: IntArray, joints: FloatArray) -> tuple[float, float]:
+        """Return the smallest joint margin and singular value of some fingers, joints by finger."""
+        limits = self._hand.chains.limits
+        jacobians = self._hand.tip_jacobians(self._hand.joint_vector(joints))
+        margin, singular = 0.5, np.inf
+        for f in fingers:
+            count = int(self._hand.chains.counts[f])
+            low, high = limits[f, :count, LOWER], limits[f, :count, UPPER]
+            own = joints[f, :count]
+            margin = min(margin, float(np.min(np.minimum(own - low, high - own) / (high - low))))
+            values = np.linalg.svd(jacobians[f], compute_uv=False)
+            singular = min(singular, float(values[self._hand.freedom[f] - 1]))
+        return margin, singular
 
     def _posture(
         self,

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.hand.chains import LOWER, UPPER
+from graspbench.hand.chains import LEADER, LEADER_FINGER, LOWER, OFFSET, RATIO, SLIDES, UPPER
 from graspbench.hand.model import HandModel
 from graspbench.hand.shapes import FINGER, LINK, RADIUS
 
@@ -26,8 +26,7 @@ def pair_limit(hand: HandModel) -> float:
     for f in range(n):
         k = int(chains.counts[f])
         count = SAMPLES if k <= 4 else 5
-        grids = [np.linspace(chains.limits[f, j, LOWER], chains.limits[f, j, UPPER], count) for j in range(k)]
-        joints = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, k)
+        joints = _sampled_joints(hand, f, count)
         heights = _sampled_tips(hand, f, joints) @ directions.T
         near.append(heights.min(axis=0))
         far.append(heights.max(axis=0))
@@ -63,11 +62,28 @@ def tip_gap(hand: HandModel) -> float:
     return sum(least) if len(least) == 2 else 0.0
 
 
+def _sampled_joints(hand: HandModel, f: int, count: int) -> FloatArray:
+    """Return a grid over the ranges of a finger's joints, shape (m, k); those that follow its own follow."""
+    chains, k = hand.chains, int(hand.chains.counts[f])
+    kinds, limits = chains.kinds[f, :k], chains.limits[f, :k]
+    follows = (kinds[:, LEADER_FINGER] == f) & (kinds[:, LEADER] != np.arange(k))
+    grids = [np.linspace(limits[j, LOWER], limits[j, UPPER], count) for j in np.flatnonzero(~follows)]
+    joints = np.zeros((count ** len(grids), k))
+    joints[:, ~follows] = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, len(grids))
+    for j in np.flatnonzero(follows):
+        joints[:, j] = limits[j, RATIO] * joints[:, kinds[j, LEADER]] + limits[j, OFFSET]
+    return joints
+
+
 def _sampled_tips(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
     chains = hand.chains
     tips = np.zeros((len(joints), 3))
     tips += chains.tips[f]
     for j in range(int(chains.counts[f]) - 1, -1, -1):
+        if chains.kinds[f, j, SLIDES] == 1:
+            slid = tips + joints[:, j, None] * [0.0, 0.0, 1.0]
+            tips = slid @ chains.fixed[f, j, :, :3].T + chains.fixed[f, j, :, 3]
+            continue
         c, s = np.cos(joints[:, j]), np.sin(joints[:, j])
         x, y = c * tips[:, 0] - s * tips[:, 1], s * tips[:, 0] + c * tips[:, 1]
         turned = np.column_stack([x, y, tips[:, 2]])
@@ -76,9 +92,14 @@ def _sampled_tips(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
 
 
 def _reach(hand: HandModel, f: int, joint: int) -> float:
-    chains = hand.chains
-    lengths = np.linalg.norm(chains.fixed[f, joint + 1 : int(chains.counts[f]), :, 3], axis=1)
-    return float(lengths.sum() + np.linalg.norm(chains.tips[f]))
+    """Return how far a tip moves at most per unit of a joint, m/rad or m/m."""
+    chains, k = hand.chains, int(hand.chains.counts[f])
+    if chains.kinds[f, joint, SLIDES] == 1:
+        return 1.0
+    lengths = np.linalg.norm(chains.fixed[f, joint + 1 : k, :, 3], axis=1)
+    slides = chains.kinds[f, joint + 1 : k, SLIDES] == 1
+    travel = np.abs(chains.limits[f, joint + 1 : k, LOWER : UPPER + 1]).max(axis=1) @ slides if k else 0.0
+    return float(lengths.sum() + travel + np.linalg.norm(chains.tips[f]))
 
 
 def even_directions(count: int) -> FloatArray:

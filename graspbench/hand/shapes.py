@@ -1,5 +1,6 @@
 """A hand's collision shapes as plain arrays, read from its URDF."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import coal
@@ -123,15 +124,17 @@ def bare_tips(
     return [f for f in range(len(tips)) if f not in covered]
 
 
-def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
+def with_pairs(shapes: Shapes, poses: FloatArray, others: Sequence[FloatArray] = ()) -> Shapes:
     """Choose the pairs to check for collisions.
 
     Not checked are shapes of the same link, of links joined to each other, and links of one finger (or
-    of a finger and the palm) that overlap in the preferred posture already: these belong together.
+    of a finger and the palm) that overlap in the preferred posture already, or in most of some others: these
+    belong together.
 
     Args:
         shapes: The shapes.
         poses: Their poses in the preferred posture, palm frame, shape (s, 3, 4).
+        others: Their poses in postures from all over the joints' ranges.
     """
     bodies = [(int(row[FINGER]), int(row[LINK])) for row in shapes.index]
     candidates, overlapping = [], set()
@@ -143,19 +146,26 @@ def with_pairs(shapes: Shapes, poses: FloatArray) -> Shapes:
                 continue
             candidates.append((a, b))
             radii = float(shapes.size[a, RADIUS] + shapes.size[b, RADIUS])
-            distance = core_distance(
-                shapes.index[a, KIND],
-                poses[a],
-                shapes.size[a],
-                shapes.index[b, KIND],
-                poses[b],
-                shapes.size[b],
-                radii,
-            )[0]
-            if related and distance < radii:
+            if not related:
+                continue
+            often = sum(_overlap(shapes, each, a, b, radii) for each in others)
+            if _overlap(shapes, poses, a, b, radii) or 2 * often > len(others):
                 overlapping.add((bodies[a], bodies[b]))
     kept = [(a, b) for a, b in candidates if (bodies[a], bodies[b]) not in overlapping]
     return shapes._replace(pairs=np.array(kept, dtype=np.int64).reshape(-1, 2))
+
+
+def _overlap(shapes: Shapes, poses: FloatArray, a: int, b: int, radii: float) -> bool:
+    distance = core_distance(
+        shapes.index[a, KIND],
+        poses[a],
+        shapes.size[a],
+        shapes.index[b, KIND],
+        poses[b],
+        shapes.size[b],
+        radii,
+    )[0]
+    return bool(distance < radii)
 
 
 def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pinocchio.SE3]:

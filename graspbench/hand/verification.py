@@ -58,8 +58,11 @@ def verify_posture(
         name = hand.finger_names[finger]
         if error > TIP_TOLERANCE_M:
             found.append(f"the tip of finger '{name}' is {error * 1e3:.2f} mm from its place")
-        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)[:3]
-        singular = np.linalg.svd(jacobian[:, hand.finger_joints(finger)], compute_uv=False)[-1]
+        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
+        jacobian = jacobian.reshape(6, -1)[:3]  # of one joint it is a vector
+        # Of a finger that moves its tip in a plane or along a line only: the smallest of these directions.
+        values = np.linalg.svd(jacobian[:, hand.finger_joints(finger)], compute_uv=False)
+        singular = values[hand.freedom[finger] - 1]
         if singular < margins.singular_value_m:
             found.append(f"finger '{name}' is near a singularity ({singular * 1e3:.1f} mm/rad)")
     placements = [
@@ -78,7 +81,23 @@ def _check_joints(hand: HandModel, posture: HandPosture) -> list[str]:
     return [f"joint '{hand.joint_names[i]}' is outside its limits" for i in np.flatnonzero(outside)]
 
 
-def _check_hand(hand: HandModel, placements: list[pinocchio.SE3]) -> list[str]:
+def overlaps(hand: HandModel, joints: FloatArray, fingers: tuple[int, ...] | None = None) -> tuple[str, ...]:
+    """Say which links of a hand overlap in a posture, one clause each.
+
+    Args:
+        hand: The hand.
+        joints: Shape (n_q,).
+        fingers: Only overlaps of these fingers with each other and with the palm; None for all.
+    """
+    data = hand.model.createData()
+    pinocchio.forwardKinematics(hand.model, data, joints)
+    placements = [data.oMi[item.parentJoint] * item.placement for item in hand.geometry.geometryObjects]
+    return tuple(_check_hand(hand, placements, fingers))
+
+
+def _check_hand(
+    hand: HandModel, placements: list[pinocchio.SE3], fingers: tuple[int, ...] | None = None
+) -> list[str]:
     index = [(int(row[FINGER]), int(row[LINK])) for row in hand.shapes.index]
     checked = {frozenset((index[a], index[b])) for a, b in hand.shapes.pairs}
     items = hand.geometry.geometryObjects
@@ -88,6 +107,8 @@ def _check_hand(hand: HandModel, placements: list[pinocchio.SE3]) -> list[str]:
         for a in range(b):
             if frozenset((bodies[a], bodies[b])) not in checked:
                 continue
+            if fingers is not None and not {bodies[a][0], bodies[b][0]} <= {PALM, *fingers}:
+                continue
             distance = _distance(items[a].geometry, placements[a], items[b].geometry, placements[b])
             if distance < -DEPTH_TOLERANCE_M:
                 found.append(f"{items[a].name} and {items[b].name} overlap by {-distance * 1e3:.2f} mm")
@@ -96,13 +117,8 @@ def _check_hand(hand: HandModel, placements: list[pinocchio.SE3]) -> list[str]:
 
 def _bodies(hand: HandModel) -> list[Body]:
     """Return the finger and link that carries each geometry object; the palm for all else."""
-    at = {
-        int(hand.chains.index[f, k]): (f, k)
-        for f in range(hand.n_fingers)
-        for k in range(int(hand.chains.counts[f]))
-    }
-    joints = [item.parentJoint for item in hand.geometry.geometryObjects]
-    return [at.get(hand.model.joints[j].idx_q, (PALM, PALM)) if j else (PALM, PALM) for j in joints]
+    at = {joint: (f, k) for f, chain in enumerate(hand.chain_joints) for k, joint in enumerate(chain)}
+    return [at.get(item.parentJoint, (PALM, PALM)) for item in hand.geometry.geometryObjects]
 
 
 def _check_ground(hand: HandModel, placements: list[pinocchio.SE3], height: float) -> list[str]:

@@ -95,7 +95,7 @@ class KinematicBarrier:
             vertices: Contacts, shape (n_f,).
             posture: The hand, whose palm stays where it is.
         """
-        if posture is None:
+        if posture is None or self.hand.places_by_wrist:  # its contours say nothing with a still palm
             return free_moves(surface, vertices)
         values = self.values(surface, vertices, posture)
         force = barrier_force(surface.points, values.nodes, values.total)

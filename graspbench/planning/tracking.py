@@ -18,6 +18,7 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.kinematics import forward, point_jacobian
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
+from graspbench.planning.closing import closing_motion
 from graspbench.planning.parameters import PathParameters
 from graspbench.planning.time_law import minimum_jerk, resampled, slowdown, smooth_durations
 from graspbench.planning.trajectory import FingertipPath
@@ -76,8 +77,15 @@ def track(
     to_world = posture.transform_palm_to_world
     centres = np.stack([path.points + hand.tip_radius_m * path.normals for path in paths])
     targets = (centres - to_world[:3, 3]) @ to_world[:3, :3]
-    start = _start_joints(hand, posture, targets[:, 0])
-    joints, errors, closing = _timed(hand, posture, targets, start, paths[0].closing, parameters)
+    if hand.places_by_wrist:
+        normals = np.stack([path.normals[-1] for path in paths])
+        joints = closing_motion(hand, posture, normals, paths[0].floating_distance_m, parameters)
+        start, closing = joints[0], paths[0].closing
+        reached = np.stack([hand.tip_positions(each)[list(posture.fingers)] for each in joints], axis=1)
+        errors = np.linalg.norm(reached - targets, axis=-1).T
+    else:
+        start = _start_joints(hand, posture, targets[:, 0])
+        joints, errors, closing = _timed(hand, posture, targets, start, paths[0].closing, parameters)
 
     step, following = parameters.time_step_s, _arrival_samples(parameters)
     poses = np.tile(to_world, (following + len(joints), 1, 1))

@@ -9,6 +9,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
+from graspbench.planning.closing import closing_motion, tip_paths
 from graspbench.planning.parameters import PathParameters
 from graspbench.planning.smoothing import low_pass, smooth_way
 from graspbench.planning.time_law import minimum_jerk
@@ -81,6 +82,8 @@ def fingertip_paths(
         PlanningError: The hand cannot back away from its contacts at all.
     """
     distance, first = floating_distance_m, 0
+    if hand is not None and hand.places_by_wrist and history[-1].posture is not None:
+        return _own_paths(history, parameters, floating_distance_m, hand)
     if hand is not None and history[-1].posture is not None:
         distance, first = _within_reach(history, parameters, floating_distance_m, hand)
     lifted, normals = _filtered(history[first:], parameters, distance)
@@ -104,6 +107,28 @@ def fingertip_paths(
             floating_distance_m=distance,
         )
         for i in range(via.shape[1])
+    )
+
+
+def _own_paths(
+    history: Sequence[Grasp], parameters: PathParameters, distance: float, hand: HandModel
+) -> tuple[FingertipPath, ...]:
+    """Return the paths of fingers that close as their joints allow (``closing_motion``)."""
+    grasp = history[-1]
+    assert grasp.posture is not None
+    joints = closing_motion(hand, grasp.posture, grasp.normals, distance, parameters)
+    points = tip_paths(hand, grasp.posture, grasp.normals, joints)
+    return tuple(
+        FingertipPath(
+            contact=i,
+            via=np.stack([each.points[i] for each in history]),
+            times=parameters.time_step_s * np.arange(len(joints), dtype=np.float64),
+            points=np.ascontiguousarray(points[:, i]),
+            normals=np.tile(grasp.normals[i], (len(joints), 1)),
+            closing=0,
+            floating_distance_m=distance,
+        )
+        for i in range(len(grasp.points))
     )
 
 

@@ -42,7 +42,7 @@ def placed_solids(
     root = transform_palm_to_world @ np.linalg.inv(hand.transform_palm_to_root)
     solids = []
     for item, placement in zip(hand.geometry.geometryObjects, placed.oMg, strict=True):
-        solid = _solid(item.geometry, np.eye(4), np.asarray(item.meshScale).ravel())
+        solid = _solid(item.geometry, np.eye(4))
         if solid is not None:
             solids.append((solid, root @ placement.homogeneous))
     return solids
@@ -55,7 +55,7 @@ def _moved(solid: Solid, pose: FloatArray) -> Solid:
     )
 
 
-def _solid(shape: Any, pose: FloatArray, scale: FloatArray) -> Solid | None:
+def _solid(shape: Any, pose: FloatArray) -> Solid | None:
     """Return one shape of the collision library as a solid; None for what cannot be drawn."""
     if hasattr(shape, "halfSide"):
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -68,8 +68,8 @@ def _solid(shape: Any, pose: FloatArray, scale: FloatArray) -> Solid | None:
     if hasattr(shape, "radius") and np.ndim(shape.radius) == 0:
         return ball(pose[:3, 3], shape.radius, style.HAND)
     if hasattr(shape, "vertices") and hasattr(shape, "tri_indices"):
-        faces = np.array([[*shape.tri_indices(i)] for i in range(shape.num_tris)])
-        return _mesh(np.asarray(shape.vertices()) * scale, faces, pose)
+        faces = np.array([[shape.tri_indices(i)[k] for k in range(3)] for i in range(shape.num_tris)])
+        return _mesh(np.asarray(shape.vertices()), faces, pose)  # scaled as it was read
     return None
 
 

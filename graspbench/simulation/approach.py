@@ -84,13 +84,21 @@ class Approach:
     def _drive(self, wanted: FloatArray, time_s: float) -> None:
         """Move the goal of free fingers; the others stay where they touched."""
         goal = wanted.copy()
-        for f in self._fingers:
-            if np.isfinite(self.contact_time_s[f]):
-                index = self._model.finger_joints(f)
+        touching = [np.isfinite(self.contact_time_s[f]) for f in self._fingers]
+        # Joints that move a finger that does not touch yet go on, as in a parallel gripper.
+        going = {
+            int(i) for f, on in zip(self._fingers, touching, strict=True) if not on for i in self._own(f)
+        }
+        for f, on in zip(self._fingers, touching, strict=True):
+            if on:
+                index = [i for i in self._own(f) if i not in going]
                 goal[index] = self._goal[index]
         velocity = (goal - self._goal) / time_s
         self._goal = goal
         self._stage.hand.drive_joints(goal, velocity)
+
+    def _own(self, finger: int) -> list[int]:
+        return [int(i) for i in self._model.finger_joints(finger)]
 
     def _feel(self) -> None:
         touches: tuple[Touch | None, ...] = self._stage.hand.touches(self._stage.parameters.contact_force_n)

@@ -43,7 +43,7 @@ class ForceControl:
         p, body = stage.parameters, stage.world.object_model
         self._gravity = stage.world.scene.gravity
         self._weight_n = body.mass_kg * self._gravity
-        self._joints = np.concatenate([self._model.finger_joints(f) for f in fingers])
+        self._joints = np.unique(np.concatenate([self._model.finger_joints(f) for f in fingers]))
         self._pinocchio = self._model.model.copy()
         self._data = self._pinocchio.createData()
         self._felt = list(touches)

@@ -18,6 +18,8 @@ from graspbench.simulation.mounts.mount import Mount
 from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
+_GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
+
 
 @dataclass(frozen=True)
 class Touch:
@@ -69,6 +71,7 @@ class SimulatedHand:
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        self._couple(ids, joints)
         self.palm_goal = mount.palm_pose()
         self.drive_joints(joints, np.zeros(len(joints)))
 
@@ -211,7 +214,7 @@ class SimulatedHand:
         }
         owners: dict[int, tuple[int, bool]] = {}
         for f, tip_link in enumerate(self.hand.tip_links):
-            moved = {self._joint_ids[j] for j in self.hand.finger_joints(f)}
+            moved = {ids[self.hand.model.names[j]] for j in self.hand.chain_joints[f]}
             link = links[tip_link]
             shaped = bool(pybullet.getCollisionShapeData(self.body, link, physicsClientId=self._client))
             owners[link] = (f, True)
@@ -221,7 +224,47 @@ class SimulatedHand:
             while link in moved or parent[link] in moved:
                 owners.setdefault(link, (f, False))
                 link = parent[link]
+        # What is fixed to a finger's link is part of it; where the tip is a bare frame, of the tip.
+        for link in sorted(parent):
+            above = parent[link]
+            if link not in owners and above in owners and self._is_fixed(link):
+                owners[link] = owners[above]
         return owners
+
+    def _is_fixed(self, link: int) -> bool:
+        info = pybullet.getJointInfo(self.body, link, physicsClientId=self._client)
+        return bool(info[2] == pybullet.JOINT_FIXED)
+
+    def _couple(self, ids: dict[str, int], joints: FloatArray) -> None:
+        """Let joints that follow others (mimic) do so by gears without play, which carry torques too."""
+        at = dict(zip(self.hand.joint_names, joints, strict=True))
+        for follower in self.hand.followers:
+            own, leader = ids[follower.name], ids[follower.leader]
+            position = follower.ratio * at[follower.leader] + follower.offset
+            pybullet.resetJointState(self.body, own, position, 0.0, physicsClientId=self._client)
+            pybullet.setJointMotorControl2(
+                self.body, own, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=self._client
+            )
+            gear = pybullet.createConstraint(
+                self.body,
+                own,
+                self.body,
+                leader,
+                jointType=pybullet.JOINT_GEAR,
+                jointAxis=[0.0, 0.0, 1.0],
+                parentFramePosition=[0.0, 0.0, 0.0],
+                childFramePosition=[0.0, 0.0, 0.0],
+                physicsClientId=self._client,
+            )
+            # Bullet holds own + gearRatio * leader at the target.
+            pybullet.changeConstraint(
+                gear,
+                gearRatio=-follower.ratio,
+                relativePositionTarget=follower.offset,
+                erp=_GEAR_ERP,
+                maxForce=_GEAR_FORCE,
+                physicsClientId=self._client,
+            )
 
     def _set_friction(self, friction: TipFriction) -> None:
         # Bullet multiplies the two bodies' coefficients.

@@ -196,18 +196,42 @@ def test_a_wrist_is_held_where_it_is_told_or_at_its_limit(tmp_path):
         np.testing.assert_allclose(hand.transform_palm_to_root[:3, 3], [0, 0, 0.1], atol=1e-12)
 
 
-def test_a_followed_joint_can_be_locked(tmp_path):
+def test_a_joint_follows_another(tmp_path):
     path = write_hand(tmp_path / "own.urdf")
     text = path.read_text().replace(
-        '<joint name="f3" type="revolute">', '<joint name="f3" type="revolute"><mimic joint="f2"/>'
+        '<joint name="f3" type="revolute">',
+        '<joint name="f3" type="revolute"><mimic joint="f2" multiplier="0.5" offset="0.1"/>',
     )
     path.write_text(text)
-    with pytest.raises(HandError, match="joint 'f3' of hand 'own' follows joint 'f2'"):
+    hand = own_hand(path)
+    assert [(each.name, each.leader, each.ratio, each.offset) for each in hand.followers] == [
+        ("f3", "f2", 0.5, 0.1)
+    ]
+    assert "f3" not in hand.joint_names
+    assert hand.freedom.tolist() == [2, 3, 3]
+
+
+@pytest.mark.parametrize(
+    ("mimic", "said"),
+    [
+        ('<mimic joint="f3"/>', "follows \\(mimic\\) the joint 'f3', and so itself"),
+        ('<mimic joint="nobody"/>', "the joint 'nobody', which is not there"),
+        ('<mimic joint="f2" multiplier="0"/>', "with the multiplier 0"),
+        ('<mimic joint="f2" offset="nan"/>', "the offset nan"),
+    ],
+)
+def test_a_joint_that_cannot_follow_gets_one_sentence(tmp_path, mimic, said):
+    path = write_hand(tmp_path / "own.urdf")
+    path.write_text(
+        path.read_text().replace(
+            '<joint name="f3" type="revolute">', f'<joint name="f3" type="revolute">{mimic}'
+        )
+    )
+    with pytest.raises(HandError, match=said):
         own_hand(path)
-    with pytest.raises(HandError, match="finger 'f' of hand 'own' has 2 joints"):
-        own_hand(path, locked_deg={"f3": 10.0})
 
 
-def test_three_parallel_joints_are_refused_as_such(tmp_path):
-    with pytest.raises(HandError, match="finger 'f' of hand 'own' moves its tip in a plane only"):
-        own_hand(write_hand(tmp_path / "own.urdf", sideways="0 1 0"))
+def test_three_parallel_joints_move_a_tip_in_a_plane(tmp_path):
+    hand = own_hand(write_hand(tmp_path / "own.urdf", sideways="0 1 0"))
+    assert hand.freedom.tolist() == [2, 2, 2]
+    assert hand.places_by_wrist

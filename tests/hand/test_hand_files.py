@@ -92,7 +92,6 @@ def test_tips_without_a_shape_get_their_sphere(tmp_path):
         ({"urdf": None}, "has no URDF"),
         ({"fingers": 4}, "has 3 fingers, 4 are asked for"),
         ({"palm": PalmDescription(link="hand")}, "no palm link 'hand'"),
-        ({"palm": PalmDescription(link="a_low")}, "finger 'a' of hand 'gripper' has 2 joints"),
         ({"locked_deg": {"a9": 0.0}}, "no joint 'a9' to lock"),
         ({"package_dirs": ("/no/such/folder",)}, "does not exist"),
         ({"subsets": {3: ("a", "b", "z")}}, "lists a, b, z"),
@@ -112,7 +111,6 @@ def test_a_wrong_description_is_refused_in_one_sentence(tmp_path, changes, said)
     [
         (FingerDescription("c", "no_tip"), "has no link 'no_tip'"),
         (FingerDescription("c", "base"), "no joint moves the tip"),
-        (FingerDescription("c", "c_mid"), "has 2 joints, too few"),
         (FingerDescription("c", "b_tip"), "share the joint"),
         (FingerDescription("a", "c_tip"), "two fingers of one name"),
         (FingerDescription("c", "c_tip", joints=("c2", "c3")), "is moved by c1, c2, c3"),
@@ -129,13 +127,8 @@ def test_a_wrong_finger_is_refused(tmp_path, finger, said):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"type": "prismatic"}, "not a revolute joint"),
         ({"type": "continuous"}, "plain joint with limits"),
-        (
-            {"mimic": '<mimic joint="a2"/>'},
-            "follows joint 'a2' .mimic., which is not supported: lock it with",
-        ),
-        ({"mimic": '<mimic joint="nowhere"/>'}, "follows joint 'nowhere'"),
+        ({"mimic": '<mimic joint="nowhere"/>'}, "the joint 'nowhere', which is not there"),
     ],
 )
 def test_joints_that_are_not_plain_are_refused(tmp_path, changes, said):
