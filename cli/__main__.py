@@ -1,5 +1,5 @@
 """``python -m graspbench.cli``."""
 
-from graspbench.cli.app import main
+from graspbench.cli.start import main
 
 main()

@@ -24,7 +24,6 @@ from graspbench.cli import (
     tune,
     view,
 )
-from graspbench.cli.ending import end_on_signals
 from graspbench.errors import GraspbenchError
 
 app = typer.Typer(
@@ -69,7 +68,6 @@ def options(
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
     _open_streams()
-    end_on_signals()
     try:
         try:
             app()
@@ -87,9 +85,6 @@ def main() -> None:
     except OSError as error:  # a disk that is full, a folder without rights: the user's to mend
         print(f"graspbench: {_told(error)}.", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
-        print("graspbench: interrupted.", file=sys.stderr)
-        sys.exit(130)
 
 
 def _open_streams() -> None:

@@ -1,0 +1,17 @@
+"""Where the program begins: signals are heard before anything else is loaded."""
+
+import sys
+
+from graspbench.cli.ending import end_on_signals
+
+
+def main() -> None:
+    """Run the command line; a signal that comes while it is being loaded ends it like any other."""
+    try:
+        end_on_signals()
+        from graspbench.cli.app import main as run  # takes a while
+
+        run()
+    except KeyboardInterrupt:
+        print("graspbench: interrupted.", file=sys.stderr)
+        sys.exit(130)
