@@ -1,7 +1,6 @@
 """The ``graspbench`` command and how its errors reach the user."""
 
 import contextlib
-import importlib
 import io
 import os
 import sys
@@ -24,6 +23,7 @@ from graspbench.cli import (
     tune,
     view,
 )
+from graspbench.cli.foreign import refuse_hydras_options
 from graspbench.errors import GraspbenchError
 
 app = typer.Typer(
@@ -32,6 +32,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 app.command("run")(run.run)
@@ -51,7 +52,9 @@ app.command("bench")(bench.bench)
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(importlib.import_module("importlib.metadata").version("graspbench"))
+        from graspbench.results.provenance import described_version
+
+        typer.echo(described_version())
         raise typer.Exit
 
 
@@ -59,7 +62,7 @@ def _print_version(wanted: bool) -> None:
 def options(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print version and commit."),
     ] = False,
 ) -> None:
     """Benchmark multi-finger grasps from camera images."""
@@ -70,6 +73,7 @@ def main() -> None:
     _open_streams()
     try:
         try:
+            refuse_hydras_options(sys.argv[1:])
             app()
         finally:
             _flush()

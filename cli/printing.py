@@ -52,3 +52,8 @@ def print_table(table: "Table") -> None:
         out.print(to_terminal(table, out.width))
     else:
         Console(width=_UNLIMITED, markup=False).print(to_terminal(table))
+
+
+def counted(number: int, thing: str) -> str:
+    """Return ``1 trial`` or ``2 trials``."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"

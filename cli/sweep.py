@@ -42,7 +42,7 @@ def sweep(
     config_dir: ConfigDir = None,
 ) -> None:
     """Run a grid of trials, for example: sweep object=teddy,bottle index.k_cm=0,1 'seed=range(0,5)'."""
-    from graspbench.cli.printing import err, print_json, print_rows
+    from graspbench.cli.printing import counted, err, print_json, print_rows
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, plan_sweep, split_engine
 
     ours, grid = split_engine(overrides or [])
@@ -55,10 +55,10 @@ def sweep(
         for trial in trials
     ]
     if dry_run:
-        print_json(rows) if as_json else print_rows(rows, title=f"{len(rows)} trials")
+        print_json(rows) if as_json else print_rows(rows, title=counted(len(rows), "trial"))
         return
     new = sum(trial.state == "new" for trial in trials)
-    err.print(f"{len(trials)} trials: {new} to run, {len(trials) - new} there already")
+    err.print(f"{counted(len(trials), 'trial')}: {new} to run, {len(trials) - new} there already")
     for warning in dict.fromkeys(filter(None, (trial.config.warning for trial in trials[:1]))):
         err.print(warning)
     try:

@@ -62,6 +62,15 @@ def _fixed_provenance() -> ProvenanceResult:
     )
 
 
+def described_version() -> str:
+    """Return the version, and the commit when the package runs from its own checkout."""
+    git = _git_state()
+    if git is None:
+        return f"graspbench {_version('graspbench')}"
+    changed = ", with changed files" if git["dirty"] else ""
+    return f"graspbench {_version('graspbench')} (commit {str(git['commit'])[:10]}{changed})"
+
+
 def _version(distribution: str) -> str | None:
     try:
         return version(distribution)

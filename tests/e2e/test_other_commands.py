@@ -1,5 +1,7 @@
 """Configuration, catalogue, hands, logs, completion and help."""
 
+import re
+
 import pytest
 import yaml
 
@@ -34,6 +36,37 @@ def test_objects_and_hands_are_listed(cli):
 )
 def test_completion_offers_groups_options_and_keys(typed, offered):
     assert offered in complete_override(typed)
+
+
+@pytest.mark.parametrize(
+    ("words", "here"),
+    [
+        (["run", "--multirun", "object=teddy,duck"], "graspbench sweep"),
+        (["run", "--cfg", "job"], "graspbench config"),
+        (["sweep", "-m", "seed=1,2"], "graspbench sweep"),
+        (["run", "--config-name=mine"], "experiment=NAME"),
+    ],
+)
+def test_options_of_hydra_are_answered_with_what_does_it_here(cli, words, here):
+    finished = cli(*words)
+    assert finished.code == 2
+    assert here in finished.stderr
+    assert len(finished.stderr.strip().splitlines()) == 1
+
+
+def test_version_tells_the_commit(cli):
+    finished = cli("--version")
+    assert finished.code == 0
+    assert re.fullmatch(
+        r"graspbench \S+( \(commit [0-9a-f]{10}(, with changed files)?\))?\n", finished.stdout
+    )
+
+
+@pytest.mark.parametrize("words", [["-h"], ["run", "-h"], ["objects", "check", "-h"]])
+def test_help_has_a_short_name(cli, words):
+    finished = cli(*words)
+    assert finished.code == 0
+    assert "Usage:" in finished.stdout
 
 
 def test_help_names_every_command(cli):
