@@ -23,9 +23,11 @@ from graspbench.cli import (
     tune,
     view,
 )
+from graspbench.cli.completion import use_own_bash_script
 from graspbench.cli.foreign import refuse_hydras_options
 from graspbench.errors import GraspbenchError
 
+use_own_bash_script()
 app = typer.Typer(
     name="graspbench",
     help="Benchmark multi-finger grasps: camera images in; planned, scored, executed, logged grasps out.",

@@ -8,6 +8,7 @@ import typer
 import yaml
 
 import graspbench.conf
+from graspbench.cli.option_values import OPTION_VALUES
 from graspbench.datasets import catalogue_files
 
 _CONF_DIR = Path(graspbench.conf.__path__[0])
@@ -20,13 +21,21 @@ def complete_override(incomplete: str) -> list[str]:
     """
     key, equals, value = incomplete.partition("=")
     if equals:
-        return [f"{key}={option}" for option in _values(key) if option.startswith(value)]
+        before, comma, last = value.rpartition(",")
+        chosen = set(before.split(",")) if comma else set()
+        options = [option for option in _values(key) if option.startswith(last) and option not in chosen]
+        return [f"{key}={before}{comma}{option}" for option in options]
     if "." in key:
         return [f"{name}=" for name in _keys(key.split(".", 1)[0]) if name.startswith(key)]
     groups = _groups()
     sections = [group for group in groups if "/" not in group]
     names = [f"{group}=" for group in groups] + [f"{section}." for section in sections] + ["seed="]
     return [name for name in names if name.startswith(key)]
+
+
+def complete_object(incomplete: str) -> list[str]:
+    """Complete the name of a catalogue object."""
+    return sorted(name for name in catalogue_files() if name.startswith(incomplete))
 
 
 def _groups() -> list[str]:
@@ -36,12 +45,11 @@ def _groups() -> list[str]:
 
 
 def _values(key: str) -> list[str]:
-    """Return the options of a group, or the two values of a switch."""
+    """Return the options of a group, or the values of a key that has a few."""
     if "." not in key:
         named = catalogue_files() if key == "object" else {}
         return sorted({*named, *(path.stem for path in (_CONF_DIR / key).glob("*.yaml"))})
-    switches = [name for name, value in _leaves(key.split(".", 1)[0]) if isinstance(value, bool)]
-    return ["true", "false"] if key in switches else []
+    return list(OPTION_VALUES.get(key, ()))
 
 
 def _keys(group: str) -> list[str]:

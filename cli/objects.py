@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from graspbench.cli.arguments import ConfigDir, Json
+from graspbench.cli.arguments import ConfigDir, Json, complete_object
 
 app = typer.Typer(help="The catalogue of objects, and whether a mesh can be used.", no_args_is_help=True)
 
@@ -31,7 +31,12 @@ def list_catalogue(
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(help="Object of the catalogue, or 'random', 'mesh', 'folder'.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="Object of the catalogue, or 'random', 'mesh', 'folder'.", autocompletion=complete_object
+        ),
+    ],
     overrides: Annotated[list[str] | None, typer.Argument(help="Options such as object.id=137.")] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the picture.")] = Path(
         "results/objects"

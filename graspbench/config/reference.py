@@ -46,6 +46,40 @@ def configuration_reference() -> str:
     return "\n".join(parts)
 
 
+def option_values() -> dict[str, tuple[str, ...]]:
+    """Return the values of every key that has a few to choose from, as they are typed."""
+    kinds = [(section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS)]
+    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
+    kinds += [("engine", EngineParameters)]
+    found = {key: _choices(hint) for section, kind in kinds for key, hint in _hints(kind, section)}
+    return {key: values for key, values in sorted(found.items()) if values}
+
+
+def _hints(kind: type, prefix: str) -> Iterator[tuple[str, Any]]:
+    hints = typing.get_type_hints(kind, include_extras=True)
+    for field in dataclasses.fields(kind):
+        hint, _ = _unwrapped(hints[field.name])
+        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+            yield from _hints(hint, f"{prefix}.{field.name}")
+        else:
+            yield f"{prefix}.{field.name}", hint
+
+
+def _choices(hint: Any) -> tuple[str, ...]:
+    hint, _ = _unwrapped(hint)
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is Literal:
+        return tuple(str(item) for item in arguments)
+    if hint is bool:
+        return ("true", "false")
+    if hint is type(None):
+        return ("null",)
+    if origin in (Union, types.UnionType):
+        named = tuple(value for item in arguments for value in _choices(item))
+        return named if named != ("null",) else ()
+    return ()
+
+
 def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
     lines = [f"## {title or section}", "", _first_line(kind), ""]
     if options:
