@@ -105,3 +105,27 @@ def bash(tmp_path_factory):
 )
 def test_bash_completes(bash, line, completed):
     assert bash(line) == completed
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("graspbench run object=duc", ["object=duck"]),
+        ("graspbench sweep object=teddy,duc", ["object=teddy,duck"]),
+        ("graspbench run hand.fi", ["hand.fingers="]),
+        ("graspbench run scene.renderer=ti", ["scene.renderer=tiny"]),
+    ],
+)
+def test_fish_completes(tmp_path, line, offered):
+    if shutil.which("fish") is None:
+        pytest.skip("there is no fish")
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        "HOME": str(tmp_path),
+        "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
+    }
+    program = f'graspbench --show-completion fish | source; complete -C "{line}"'
+    done = subprocess.run(
+        ["fish", "-c", program], env=environment, capture_output=True, text=True, check=True
+    )
+    assert [word.split("\t")[0] for word in done.stdout.split("\n") if word] == offered
