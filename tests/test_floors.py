@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-ROW = re.compile(r"^\| (\d+) \| ([a-z, ]+) \|$", re.MULTILINE)
+ROW = re.compile(r"^\| (\d+) \| ([a-z_, ]+) \|$", re.MULTILINE)
 
 
 def floors() -> dict[str, int]:

@@ -200,9 +200,8 @@ def test_what_is_no_file_of_a_result_s_size_is_not_read(tmp_path):
 
 def test_an_old_result_beside_a_bomb_is_read(tmp_path):
     bomb = "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
-    bomb += "".join(
-        f"{y}: &{y} [{', '.join([f'*{x}'] * 10)}]\n" for x, y in zip("abcdefgh", "bcdefghi", strict=True)
-    )
+    for inner, outer in itertools.pairwise("abcdefghi"):
+        bomb += f"{outer}: &{outer} [{', '.join([f'*{inner}'] * 10)}]\n"
     (tmp_path / "config.yaml").write_text(bomb)
     path = tmp_path / "result.json"
     path.write_text(to_json({"schema": 2, "trial_id": "a", "status": "done"}))
