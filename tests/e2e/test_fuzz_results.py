@@ -65,6 +65,7 @@ def damaged(content, rng):
     return bytes(broken)
 
 
+@pytest.mark.timeout(3600)
 def test_damaged_folders_are_reported_row_by_row(cli, whole, tmp_path):
     rng = np.random.default_rng(5)
     unreadable = 0
@@ -89,6 +90,7 @@ def test_damaged_folders_are_reported_row_by_row(cli, whole, tmp_path):
         assert states.count("done") >= TRIALS - 2
         unreadable += states.count("unreadable")
         shutil.rmtree(folder)
+    print(f"{FOLDERS} folders, {unreadable} unreadable trials")
     assert unreadable
 
 
