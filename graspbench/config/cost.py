@@ -26,6 +26,8 @@ _S_PER_ITERATION = 6e-6  # of the solver, in one physics step
 _S_PER_CONTROL_STEP = 1e-4
 _S_PER_PATH_SAMPLE = 5e-4
 _S_PER_NODE = 2.5e-4
+_S_PER_NODE_STEP = 1.7e-6
+_S_PER_DRAW = 2e-5
 _BYTES_PER_RENDERED_SAMPLE = 60.0
 _BYTES_PER_PIXEL = 40.0
 _BYTES_PER_PHYSICS_STEP = 150.0
@@ -85,7 +87,7 @@ def check_cost(parts: Mapping[str, Any]) -> None:
             f"surface.meridians by surface.parallels make at least {_rounded(nodes)} nodes",
             remedy=f"a surface has at most {MAX_NODES}",
         )
-    for cost in costs(parts):
+    for cost in (*costs(parts), *_at_worst(parts)):
         if cost.gigabytes > MAX_MEMORY_GB or cost.seconds > MAX_SECONDS:
             raise ConfigurationError(
                 f"{cost.what} would take {cost}",
@@ -100,6 +102,17 @@ def warning(parts: Mapping[str, Any]) -> str | None:
     if sum(cost.seconds for cost in found) < SOON_SECONDS:
         return None
     return f"this takes long: {longest.what} alone {longest}"
+
+
+def _at_worst(parts: Mapping[str, Any]) -> tuple[Cost, ...]:
+    """Estimate what ends much earlier as a rule, but need not."""
+    surface, refine = parts["surface"], parts["planner"].refine
+    steps = _surface(parts).count * surface.max_iterations
+    draws = float(refine.draws * (refine.jumps + 1))
+    return (
+        _cost("the surface (surface.nodes by surface.max_iterations)", steps, "steps", _S_PER_NODE_STEP, 0.0),
+        _cost("the refinement (planner.refine.draws by jumps)", draws, "draws", _S_PER_DRAW, 0.0),
+    )
 
 
 def _images(parts: Mapping[str, Any]) -> Cost:

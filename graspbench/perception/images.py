@@ -32,16 +32,16 @@ from typing import Annotated, Any, Literal
 
 import cv2
 import numpy as np
-import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from graspbench.errors import ImageError, StationError
+from graspbench.errors import ConfigurationError, ImageError, StationError
 from graspbench.perception.camera import Camera, Intrinsics, View
 from graspbench.perception.cameras_colmap import find_colmap, read_colmap
 from graspbench.perception.cameras_opencv import find_opencv, read_opencv
 from graspbench.perception.image_file import ExifOrientation, read_image, read_mask
 from graspbench.perception.placed_image import MASK_ENDING, PlacedImage, check_rigid
 from graspbench.perception.stations import MINIMUM_VIEWS
+from graspbench.yaml_files import read_yaml
 
 CAMERA_FILES = ("cameras.json", "cameras.yaml", "cameras.yml")
 
@@ -179,14 +179,16 @@ def _read_own(folder: Path, path: Path) -> list[PlacedImage]:
 def _read_camera_file(path: Path) -> _CameraFile:
     """Parse and check the project's own camera file."""
     try:
-        text = path.read_text(encoding="utf-8")
-        content: Any = json.loads(text) if path.suffix == ".json" else yaml.safe_load(text)
+        is_json = path.suffix == ".json"
+        content: Any = json.loads(path.read_text(encoding="utf-8")) if is_json else read_yaml(path)
         return TypeAdapter(_CameraFile).validate_python(content)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise ImageError(f"{path}: {where or 'document'}: {first['msg']}", path=str(path)) from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, yaml.YAMLError) as error:
+    except ConfigurationError as error:
+        raise ImageError(error.what, remedy=error.remedy, path=str(path)) from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         reason = str(error).splitlines()[0]
         raise ImageError(f"{path} cannot be read: {reason}", path=str(path)) from None
 

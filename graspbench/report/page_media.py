@@ -14,6 +14,8 @@ from urllib.parse import quote
 
 import cv2
 
+from graspbench.quiet import captured_output
+
 Pictures = Literal["auto", "embed", "link", "none"]
 
 EMBEDDED_TRIALS = 40
@@ -89,7 +91,8 @@ def _embedded(path: Path) -> str | None:
     width, height = struct.unpack(">II", head[16:24])
     if not 0 < width * height <= _MAX_PICTURE_PIXELS:
         return None
-    image = cv2.imread(str(path))
+    with captured_output():  # the decoder complains of damaged files itself
+        image = cv2.imread(str(path))
     if image is None:
         return None
     scale = _PICTURE_WIDTH_PX / image.shape[1]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from graspbench.report.columns import FOLDER, TRIAL_ID
 from graspbench.report.comparison import comparison_table
 from graspbench.report.correlations import correlation_table
 from graspbench.report.html import Pictures, write_page
@@ -50,4 +51,16 @@ def write_loaded_page(
     """
     places = {trial_id: Path(folder) for trial_id, folder in loaded.folders.items()}
     title = ", ".join(folder.resolve().name for folder in folders)
+    if FOLDER in trials:
+        shown = {trial_id: _below(folders, Path(place)) for trial_id, place in loaded.folders.items()}
+        trials = trials.copy()
+        trials[FOLDER] = [shown.get(str(each)) for each in trials[TRIAL_ID]]
     return write_page(trials, output_dir, places, title=title, pictures=pictures, tables=tables)
+
+
+def _below(folders: Sequence[Path], place: Path) -> str:
+    """Return where a trial is, from its results folder's name on: where that lies is nobody's business."""
+    for folder in folders:
+        if place.is_relative_to(folder):
+            return (Path(folder.resolve().name) / place.relative_to(folder)).as_posix()
+    return place.name

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from graspbench.errors import LogError
+from graspbench.errors import ConfigurationError, LogError
+from graspbench.yaml_files import read_yaml
 
 Result = dict[str, Any]
 
@@ -81,8 +80,8 @@ def _up_to_solver(optima: Result) -> Result:
 
 def _config_beside(path: Path) -> Result:
     try:
-        content = yaml.safe_load((path.parent / _CONFIG_FILE).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        content = read_yaml(path.parent / _CONFIG_FILE)
+    except ConfigurationError:
         return {}
     return content if isinstance(content, dict) else {}
 

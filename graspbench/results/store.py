@@ -36,6 +36,7 @@ RESULT_FILE = "result.json"
 TABLE_FILE = "trials.csv"
 # What a disk says when it takes nothing more: whatever is being done, it must stop.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+_MAX_RESULT_BYTES = 64 << 20
 _CLAIMS_FILE = ".claims"
 
 
@@ -179,6 +180,10 @@ def read_result(path: Path) -> TrialResult:
         LogError: The file cannot be read, or is of a newer schema than this version knows.
     """
     try:
+        if not path.is_file():
+            raise ValueError("it is no regular file")
+        if path.stat().st_size > _MAX_RESULT_BYTES:
+            raise ValueError(f"it has more than {_MAX_RESULT_BYTES >> 20} MB")
         values = json.loads(path.read_text(encoding="utf-8"))
         return result_from_plain(migrate(values, path))
     except (OSError, ValueError, RecursionError, TypeError, AttributeError) as error:

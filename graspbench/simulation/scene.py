@@ -60,7 +60,9 @@ class SceneParameters:
     table_second_rgb: Annotated[
         Colour | None, Field(description="Second colour of its pattern; null = a darker shade of the first")
     ] = None
-    table_pattern_m: Annotated[float, Field(gt=0, description="Size of the table's pattern, m")] = 0.06
+    table_pattern_m: Annotated[
+        float, Field(ge=0.005, le=10, description="Size of the table's pattern, m")
+    ] = 0.06
     wall_rgb: Annotated[
         Colour | None,
         Field(description="Colour beyond the table; null = like the table, paler if it has a pattern"),

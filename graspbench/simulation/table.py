@@ -1,6 +1,7 @@
 """What the table top looks like: its pattern, the light on it, the object's shadow."""
 
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -102,7 +103,8 @@ def _pattern(scene: SceneParameters, colours: SceneColours, generator: np.random
         share = _PATTERNS[scene.table](scene, generator)[..., None]
         mixed: FloatImage = first * (1.0 - share) + second * share
         return mixed
-    image = cv2.imread(scene.table, cv2.IMREAD_COLOR)
+    path = os.path.expanduser(scene.table)
+    image = cv2.imread(path, cv2.IMREAD_COLOR) if os.path.isfile(path) else None
     if image is None:
         raise ConfigurationError(
             f"scene.table '{scene.table}' is no pattern and no readable image",

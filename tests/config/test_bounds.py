@@ -50,6 +50,8 @@ def refused(override, *more):
         ("camera.fx=nan", "camera.fx"),
         ("stations.outer.radius_m=inf", "from -100 to 100"),
         ("seed=1000000000000000000000", "seed"),
+        ("scene.table_pattern_m=1e-9", "table_pattern_m"),
+        ("surface.max_iterations=1000000", "surface.max_iterations"),
         ("clik.step_s=1e-6", "the motion"),
         ("planner.paths.time_step_s=1e-6", "fingertips' paths"),
     ],
@@ -58,6 +60,8 @@ def test_values_that_would_never_end_are_refused(override, said):
     more = ["motion.duration_s=3600"] if override.startswith("clik") else []
     if override == "surface.meridians=100000":
         more = ["surface.parallels=100"]
+    if override.startswith("surface.max"):
+        more = ["surface.nodes=100000"]
     message = refused(override, *more)
 
     assert re.search(said, message), message

@@ -104,6 +104,7 @@ def mutated_override(keys, rng):
 
 
 @pytest.mark.parametrize("kind", ["trial", "manipulation"])
+@pytest.mark.timeout(3600)
 def test_mutated_trees_are_told_about_in_one_sentence(kind):
     rng = np.random.default_rng(8)
     first, load = {
@@ -115,6 +116,7 @@ def test_mutated_trees_are_told_about_in_one_sentence(kind):
     assert 0 < used < COUNT // 2
 
 
+@pytest.mark.timeout(3600)
 def test_mutated_overrides_are_told_about_in_one_sentence():
     rng = np.random.default_rng(9)
     keys = [key for key, _ in flatten(load_manipulation_config().as_tree())]

@@ -39,6 +39,13 @@ def _fails(*_):
     raise RuntimeError(f"in {Path.home()}/secret/file")
 
 
+def test_no_path_of_the_machine_is_in_the_page(cli, tmp_path):
+    assert cli("run", *QUICK, "-o", tmp_path / "r").code == 0
+    assert cli("report", tmp_path / "r", "--format", "html,markdown,latex").code == 0
+    for path in (tmp_path / "r" / "report").iterdir():
+        assert str(tmp_path) not in path.read_text()
+
+
 def test_a_formula_in_the_table_is_text(cli, tmp_path):
     finished = cli("run", *QUICK, "object.name='=cmd|x'", "object.mesh=missing.stl", "-o", tmp_path / "r")
     assert finished.code == 2

@@ -189,7 +189,7 @@ def test_random_objects_that_cannot_be_used_say_why(number, words):
         ({"name": "random", "id": 1000}, "id = 1000"),
         ({"name": "random", "id": "first"}, "id = 'first'"),
         ({"name": "bottle", "shape": {"heigth_m": 0.2}}, "unknown parameter 'heigth_m'"),
-        ({"entry": "no/such/entry.yaml"}, "cannot be read"),
+        ({"entry": "no/such/entry.yaml"}, "there is no file"),
     ],
 )
 def test_parameters_that_make_no_sense_are_refused(change, words):
@@ -201,7 +201,7 @@ def test_parameters_that_make_no_sense_are_refused(change, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("name: [", "not YAML"),
+        ("name: [", "no YAML"),
         ("- 1\n- 2\n", "not a catalogue entry"),
         ("name: x\ncolour: red\n", "x.yaml"),
         ("name: x\ndescription: y\nlicence: z\nsource: s\nshape: {kind: egg}\ncolour: red\n", "'colour'"),

@@ -191,7 +191,7 @@ HOSTILE = (
     "</script><script>window.hacked=1</script>", "{{geometry}}", "{{data}}", "{% raw %}",
     "<img src=x onerror=hacked=1>",
     "\"><svg onload=hacked=1>", "javascript:hacked=1", "__proto__", "../../../etc/passwd",
-    "=cmd|'/c calc'!A1",
+    "=cmd|'/c calc'!A1", "\\input{/etc/passwd}",
 )  # fmt: skip
 
 

@@ -1,3 +1,4 @@
+import itertools
 import json
 import os
 import signal
@@ -180,6 +181,31 @@ def test_one_unreadable_trial_is_one_row_and_stops_nobody(tmp_path, content):
     assert sorted(load_results([tmp_path]).folders) == ["abc", "bad"]
     store.write_table()
     assert pd.read_csv(tmp_path / "trials.csv")["status"].tolist() == ["done", "unreadable"]
+
+
+def test_what_is_no_file_of_a_result_s_size_is_not_read(tmp_path):
+    store = ResultStore(tmp_path)
+    for name in ("fifo", "huge"):
+        _write(store, name)
+        (tmp_path / name / "result.json").unlink()
+    os.mkfifo(tmp_path / "fifo" / "result.json")
+    with (tmp_path / "huge" / "result.json").open("wb") as stream:
+        stream.truncate(1 << 40)
+    results = load_results([tmp_path]).results
+    assert {result.trial_id: result.status for result in results} == {
+        "fifo": "unreadable",
+        "huge": "unreadable",
+    }
+
+
+def test_an_old_result_beside_a_bomb_is_read(tmp_path):
+    bomb = "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
+    for inner, outer in itertools.pairwise("abcdefghi"):
+        bomb += f"{outer}: &{outer} [{', '.join([f'*{inner}'] * 10)}]\n"
+    (tmp_path / "config.yaml").write_text(bomb)
+    path = tmp_path / "result.json"
+    path.write_text(to_json({"schema": 2, "trial_id": "a", "status": "done"}))
+    assert read_result(path).config == {}
 
 
 def test_a_typed_result_survives_its_json(tmp_path):

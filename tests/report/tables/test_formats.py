@@ -16,7 +16,6 @@ from graspbench.report.tables import (
     Column,
     Table,
     escape_latex,
-    inert,
     plain_table,
     table_files,
     to_csv,
@@ -26,6 +25,7 @@ from graspbench.report.tables import (
     to_terminal,
     write_tables,
 )
+from graspbench.results.spreadsheet import inert
 from tests.report import latex
 
 ROWS = (
