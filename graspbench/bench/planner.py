@@ -1,8 +1,8 @@
 """The claim of the parallel planner in numbers: how good are grasps that are found while the surface forms?
 
 Every object is photographed and reconstructed once; grasps are planned on the same surfaces with three and
-four contacts, by the measure models ``thesis`` and ``default``, and once more without the hand and its ground.
-Under ``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles
+four contacts, by the measure models ``thesis`` and ``default``, and once more without hand and ground. Under
+``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles
 (see `ceiling`), so what is set against that is never more than the ratio to the best grasp on the surface.
 """
 
