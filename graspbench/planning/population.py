@@ -88,6 +88,7 @@ class Population:
         surface, judge = self._surface, self._judge
         assert surface is not None
         found: list[Candidate] = []
+        names: dict[int, int] = {}  # of the grasps shown to the hand
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
@@ -99,26 +100,39 @@ class Population:
                 continue
             held, posture = judge.held(surface, self._grasps[rank])
             if held:
-                name = int(self._names[rank])
-                follower = self._follower(name, self._grasps[rank], posture)
-                judge.settle(follower, self._starts[name], surface, found, placed=True)
+                follower = self._follower(rank, self._grasps[rank], posture, names)
+                judge.settle(follower, self._initial(rank), surface, found, placed=True)
         if not found:
-            self._settle_anyhow(surface, [rank for rank, _ in order], found)
+            self._settle_anyhow(surface, [rank for rank, _ in order], found, names)
         judge.tried = len(self._starts)
-        return max(found, key=lambda candidate: candidate.merit) if found else None
+        if not found:
+            return None
+        best = max(found, key=lambda candidate: candidate.merit)
+        best.follower.via[:0] = self._trails.of(names[id(best.follower)])
+        return best
 
-    def _settle_anyhow(self, surface: Surface, order: list[int], found: list[Candidate]) -> None:
+    def _settle_anyhow(
+        self, surface: Surface, order: list[int], found: list[Candidate], names: dict[int, int]
+    ) -> None:
         """Let the hand lead grasps that it cannot hold as they are to some that it can."""
         for tries, rank in enumerate(order):
-            name = int(self._names[rank])
-            for vertices in (self._grasps[rank], self._rough[name]):
+            for vertices in (self._grasps[rank], self._rough[self._names[rank]]):
                 if found or tries > MAX_TRIES:
                     return
-                follower = self._follower(name, vertices, None)
-                self._judge.settle(follower, self._starts[name], surface, found)
+                follower = self._follower(rank, vertices, None, names)
+                self._judge.settle(follower, self._initial(rank), surface, found)
 
-    def _follower(self, name: int, vertices: IntArray, posture: HandPosture | None) -> Follower:
-        return Follower(vertices, posture, via=self._trails.of(name), followed=self._followed[name])
+    def _follower(
+        self, rank: int, vertices: IntArray, posture: HandPosture | None, names: dict[int, int]
+    ) -> Follower:
+        """Return a grasp as the hand looks at it; its way until here is only added to the best one's."""
+        name = int(self._names[rank])
+        follower = Follower(vertices, posture, followed=self._followed[name])
+        names[id(follower)] = name
+        return follower
+
+    def _initial(self, rank: int) -> InitialGrasp:
+        return self._starts[self._names[rank]]
 
     def _start(self, surface: Surface) -> None:
         planner = self._judge.planner
