@@ -132,7 +132,7 @@ class Population:
         return follower
 
     def _initial(self, rank: int) -> InitialGrasp:
-        return self._starts[self._names[rank]]
+        return self._starts[int(self._names[rank])]
 
     def _start(self, surface: Surface) -> None:
         planner = self._judge.planner
