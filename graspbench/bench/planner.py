@@ -1,8 +1,8 @@
 """The claim of the parallel planner in numbers: how good are grasps that are found while the surface forms?
 
 Every object is photographed and reconstructed once; grasps are planned on the same surfaces with three and
-four contacts, by the measure models ``thesis`` and ``default``, and once more without hand and ground.
-Under ``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles
+four contacts, by the measure models ``thesis`` and ``default``, and once more without hand and ground. Under
+``thesis`` no grasp whatever can be better than contacts whose normals lie in one plane at equal angles
 (see `ceiling`), so what is set against that is never more than the ratio to the best grasp on the surface.
 """
 
@@ -48,7 +48,8 @@ class Cell:
 
     Attributes:
         row: What is written of it.
-        ratios: Q1 to Q3 over the ceiling, shape (3,); zeros where there is no grasp, None without a ceiling.
+        ratios: Q1 to Q3 over the ceiling, shape (3,); zeros where there is no grasp, None without a ceiling
+            or a surface.
         formed: Mean of Q1 to Q3 over the final grasp's when the surface was formed to `FORMED`; None where
             there is no grasp.
     """
@@ -114,7 +115,7 @@ def _of_object(
         surfaces = reconstructed(config)
     except GraspbenchError as error:
         for n_f, (quality, hand) in product(contacts, CASES):
-            yield _failed(_key(name, n_f, quality, hand), str(error))
+            yield _failed(_key(name, n_f, quality, hand), str(error), no_surface=True)
         return
     for n_f, (quality, hand) in product(contacts, CASES):
         key = _key(name, n_f, quality, hand)
@@ -139,9 +140,10 @@ def _plan(config: TrialConfig, surfaces: Sequence[Surface], *, hand: bool) -> Lo
     return plan_local(iter(surfaces), index, checker, n_f, config.planner, config.quality)
 
 
-def _failed(key: Mapping[str, object], why: str) -> Cell:
+def _failed(key: Mapping[str, object], why: str, *, no_surface: bool = False) -> Cell:
     row = dict.fromkeys((*(f"ratio_q{i}" for i in (1, 2, 3)), "q1", "q2", "q3", *_ROW), None)
-    return Cell({**key, **row, "note": why}, np.zeros(3) if key["quality"] == "thesis" else None, None)
+    counts = key["quality"] == "thesis" and not no_surface
+    return Cell({**key, **row, "no_surface": no_surface, "note": why}, np.zeros(3) if counts else None, None)
 
 
 _ROW = ("found_by", "followed_share", "polish_mm", "formed_50", "formed_80", "formed_100", "planning_ms")
@@ -159,6 +161,7 @@ def _cell(key: Mapping[str, object], plan: LocalPlan, time_s: float) -> Cell:
         **{f"ratio_q{i}": value for i, value in enumerate(shown, start=1)},
         **plan.quality._asdict(),
         **dict(zip(_ROW, values, strict=True)),
+        "no_surface": False,
         "note": "",
     }
     return Cell({**key, **row}, ratios, formed)
@@ -179,7 +182,7 @@ def _groups(cells: Sequence[Cell]) -> dict[tuple[object, ...], list[Cell]]:
 
 
 def _summary(cells: Sequence[Cell]) -> Rows:
-    """Return one row a group: ratios over all objects and measures; those without a grasp count as zero."""
+    """Return one row a group: ratios over all surfaces and measures; those without a grasp count as zero."""
     rows = []
     for (objects, contacts, quality, hand), group in _groups(cells).items():
         known = [cell.ratios for cell in group if cell.ratios is not None]
@@ -191,7 +194,8 @@ def _summary(cells: Sequence[Cell]) -> Rows:
                 "quality": quality,
                 "hand": hand,
                 "count": len(group),
-                "without_grasp": len(group) - len(planned),
+                "without_surface": sum(bool(cell.row["no_surface"]) for cell in group),
+                "without_grasp": sum(cell.formed is None and not cell.row["no_surface"] for cell in group),
                 "restarts": sum(row["found_by"] == "restart" for row in planned),
                 "ratio_mean": float(np.mean(known)) if known else None,
                 "ratio_p10": float(np.quantile(known, 0.1)) if known else None,
@@ -231,7 +235,7 @@ def _steps(cells: Sequence[Cell]) -> Rows:
 def _curves(cells: Sequence[Cell]) -> dict[tuple[object, ...], FloatArray]:
     """Return all ratios to the ceiling in ascending order, by group."""
     return {
-        key: np.sort(np.concatenate([cell.ratios for cell in group if cell.ratios is not None]))
+        key: np.sort(np.concatenate([np.empty(0), *(c.ratios for c in group if c.ratios is not None)]))
         for key, group in _groups(cells).items()
         if key[2] == "thesis"
     }

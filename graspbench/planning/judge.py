@@ -133,7 +133,8 @@ class Judge:
         points, normals = surface.points[vertices], -surface.normals[vertices]
         length_m = self._torque_length(surface)
         closed = bool(force_closure(points, normals, surface.centroid, self._quality, length_m))
-        self.rejected[NOT_CLOSED] += not closed
+        if not closed:
+            self.rejected[NOT_CLOSED] += 1
         return closed
 
     def ranked(self, surface: Surface, optima: IntArray) -> Iterator[tuple[int, float]]:

@@ -3,10 +3,12 @@
 All first grasps of all planes move on every surface, by the index alone: the ground and the fingertip's own
 size say where contacts may be, the hand's span which grasps come first. Grasps that meet become one, and as
 the surface tightens the worse ones are given up, so that there is a best grasp at every step. When the
-surface is at rest, what has followed is polished, and the hand takes the best one that it can hold.
+surface is at rest, what has followed is polished, and the hand takes the best one that it can hold. Polished
+is also what followers were on an early surface: later they are less different from each other.
 """
 
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +30,20 @@ MAX_TRIES = 60
 SLOW_STARTS = 8
 """First grasps for an index that does not climb by itself, one in each of the first planes."""
 
+_EARLY = 2
+"""Number of the surface on which grasps are remembered as they are, from zero."""
+
 _TIGHT = 0.02
 """The surface is tightening once its nodes move less than this share of its size from one to the next."""
+
+
+class _Early(NamedTuple):
+    """Where grasps were on an early surface, and how many notes of their trails there were."""
+
+    surface: Surface
+    names: IntArray
+    grasps: IntArray
+    legs: int
 
 
 class Population:
@@ -42,12 +56,14 @@ class Population:
 
     def __init__(self, judge: Judge, n_f: int) -> None:
         self._judge, self._n_f = judge, n_f
-        self._starts: list[InitialGrasp] = []
+        self._starts: list[InitialGrasp] = []  # by name
+        self._started = 0
         self._names = np.empty(0, dtype=np.int64)  # of those still under way, the best first
         self._grasps = np.empty((0, n_f), dtype=np.int64)  # where they are
         self._followed = np.empty((0, n_f), dtype=np.int64)  # by name: where it was before the last surface
         self._rough = np.empty((0, n_f), dtype=np.int64)  # by name: where it was before it was polished
         self._trails = Trails()
+        self._early: _Early | None = None
         self._before: Surface | None = None
         self._surface: Surface | None = None
         self.steps: list[PlanningStep] = []
@@ -68,6 +84,8 @@ class Population:
             self._start(surface)
         else:
             self._arrive(self._surface, surface)
+        if surface.at_rest and self._early is not None:
+            self._recall(self._early, surface)
         self._before, self._surface = self._surface, surface
         self._judge.see(surface)
         allowed = self._judge.allowed(surface)
@@ -82,12 +100,15 @@ class Population:
         first_of = {key: rank for rank, key in reversed(list(enumerate(contacts)))}
         self._keep(np.array(sorted(first_of.values()), dtype=np.int64))
         self._rank(surface)
+        if len(self.steps) == _EARLY + 1:
+            self._early = _Early(surface, self._names, self._grasps, self._trails.legs)
 
     def choose(self) -> Candidate | None:
         """Return the best grasp that the hand can hold; None if it holds none."""
         surface, judge = self._surface, self._judge
         assert surface is not None
         found: list[Candidate] = []
+        names: dict[int, int] = {}  # of the grasps shown to the hand
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
@@ -99,26 +120,39 @@ class Population:
                 continue
             held, posture = judge.held(surface, self._grasps[rank])
             if held:
-                name = int(self._names[rank])
-                follower = self._follower(name, self._grasps[rank], posture)
-                judge.settle(follower, self._starts[name], surface, found, placed=True)
+                follower = self._follower(rank, self._grasps[rank], posture, names)
+                judge.settle(follower, self._initial(rank), surface, found, placed=True)
         if not found:
-            self._settle_anyhow(surface, [rank for rank, _ in order], found)
-        judge.tried = len(self._starts)
-        return max(found, key=lambda candidate: candidate.merit) if found else None
+            self._settle_anyhow(surface, [rank for rank, _ in order], found, names)
+        judge.tried = self._started
+        if not found:
+            return None
+        best = max(found, key=lambda candidate: candidate.merit)
+        best.follower.via[:0] = self._trails.of(names[id(best.follower)])
+        return best
 
-    def _settle_anyhow(self, surface: Surface, order: list[int], found: list[Candidate]) -> None:
+    def _settle_anyhow(
+        self, surface: Surface, order: list[int], found: list[Candidate], names: dict[int, int]
+    ) -> None:
         """Let the hand lead grasps that it cannot hold as they are to some that it can."""
         for tries, rank in enumerate(order):
-            name = int(self._names[rank])
-            for vertices in (self._grasps[rank], self._rough[name]):
+            for vertices in (self._grasps[rank], self._rough[self._names[rank]]):
                 if found or tries > MAX_TRIES:
                     return
-                follower = self._follower(name, vertices, None)
-                self._judge.settle(follower, self._starts[name], surface, found)
+                follower = self._follower(rank, vertices, None, names)
+                self._judge.settle(follower, self._initial(rank), surface, found)
 
-    def _follower(self, name: int, vertices: IntArray, posture: HandPosture | None) -> Follower:
-        return Follower(vertices, posture, via=self._trails.of(name), followed=self._followed[name])
+    def _follower(
+        self, rank: int, vertices: IntArray, posture: HandPosture | None, names: dict[int, int]
+    ) -> Follower:
+        """Return a grasp as the hand looks at it; its way until here is only added to the best one's."""
+        name = int(self._names[rank])
+        follower = Follower(vertices, posture, followed=self._followed[name])
+        names[id(follower)] = name
+        return follower
+
+    def _initial(self, rank: int) -> InitialGrasp:
+        return self._starts[int(self._names[rank])]
 
     def _start(self, surface: Surface) -> None:
         planner = self._judge.planner
@@ -132,7 +166,8 @@ class Population:
             raise PlanningError(
                 f"the surface has too few nodes for {self._n_f} contacts", remedy="raise surface.nodes"
             )
-        self._names = np.arange(len(self._starts))
+        self._started = len(self._starts)
+        self._names = np.arange(self._started)
         self._grasps = np.stack([initial.vertices for initial in self._starts])
         self._followed, self._rough = self._grasps.copy(), self._grasps.copy()
         self._trails.stand(surface, self._names, self._grasps)
@@ -142,6 +177,21 @@ class Population:
         if before.network is not surface.network and len(self._names):
             self._grasps = np.stack([carry_over(grasp, before, surface) for grasp in self._grasps])
             self._trails.stand(surface, self._names, self._grasps)
+
+    def _recall(self, early: "_Early", surface: Surface) -> None:
+        """Add grasps as they were on an early surface, under new names, to those under way."""
+        names = len(self._starts) + np.arange(len(early.names))
+        grasps = early.grasps
+        self._starts += [self._starts[name] for name in early.names]
+        self._trails.fork(names, early.names, early.legs)
+        if early.surface.network is not surface.network:
+            grasps = np.array([carry_over(grasp, early.surface, surface) for grasp in grasps])
+            grasps = grasps.reshape(early.grasps.shape)
+            self._trails.stand(surface, names, grasps)
+        self._names = np.concatenate((self._names, names))
+        self._grasps = np.concatenate((self._grasps, grasps))
+        self._followed = np.concatenate((self._followed, grasps))
+        self._rough = np.concatenate((self._rough, grasps))
 
     def _climb(self, surface: Surface, allowed: BoolArray, *, thorough: bool) -> None:
         index, max_moves = self._judge.index, self._judge.planner.max_moves

@@ -23,6 +23,7 @@ class Trails:
 
     def __init__(self) -> None:
         self._legs: list[_Leg] = []
+        self._forks: dict[int, tuple[int, int]] = {}
         self.moves = 0
         self.evaluations = 0
 
@@ -48,10 +49,26 @@ class Trails:
         self.evaluations += len(climbs.paths)
         self.moves += len(climbs.paths) - len(names)
 
+    def fork(self, names: IntArray, others: IntArray, legs: int) -> None:
+        """Let grasps have the beginning of their way in common with others.
+
+        Args:
+            names: Who they are, shape (m,).
+            others: With whom, shape (m,).
+            legs: How many notes of the others count; see ``legs``.
+        """
+        self._forks.update((int(name), (int(other), legs)) for name, other in zip(names, others, strict=True))
+
+    @property
+    def legs(self) -> int:
+        """How often grasps were noted so far."""
+        return len(self._legs)
+
     def of(self, name: int) -> list[tuple[Surface, IntArray]]:
         """Return a grasp's configurations, first to last: surface and vertices of shape (n_f,)."""
+        other, legs = self._forks.get(name, (name, 0))
         via: list[tuple[Surface, IntArray]] = []
-        for leg in self._legs:
-            for rank in np.flatnonzero(leg.names == name):
+        for number, leg in enumerate(self._legs):
+            for rank in np.flatnonzero(leg.names == (other if number < legs else name)):
                 via.extend((leg.surface, vertices) for vertices in leg.climbs.path(int(rank)))
         return via

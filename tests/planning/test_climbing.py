@@ -70,3 +70,17 @@ def test_trails_tell_the_ways_of_grasps_apart():
     np.testing.assert_array_equal(way, np.vstack((grasps[1:2], climbs.path(1))))
     assert trails.moves == len(climbs.paths) - 2
     assert trails.evaluations == len(climbs.paths)
+
+
+def test_a_fork_shares_the_beginning_of_a_way_only():
+    grasps, trails = random_grasps(3), Trails()
+    trails.stand(SURFACE, np.arange(3), grasps)
+    early = trails.legs
+    trails.stand(SURFACE, np.arange(3), grasps[::-1])
+    trails.fork(np.array([3]), np.array([0]), early)
+    trails.stand(SURFACE, np.array([0, 3]), random_grasps(2, seed=9))
+    assert [vertices.tolist() for _, vertices in trails.of(3)] == [
+        grasps[0].tolist(),
+        random_grasps(2, seed=9)[1].tolist(),
+    ]
+    assert len(trails.of(0)) == 3

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from graspbench.grasp.quality import QualityParameters
+from graspbench.planning import population
 from graspbench.planning.index import make_index
 from graspbench.planning.indices.force_field import ForceFieldParameters
 from graspbench.planning.indices.mirtich_canny import MirtichCannyParameters
@@ -80,6 +81,14 @@ def test_a_multi_start_on_the_finished_surface_says_that_it_is_one(surfaces):
     assert found.steps == ()
 
 
+def test_what_followers_were_early_is_polished_too_and_makes_no_grasp_worse(surfaces, monkeypatch):
+    with_memory = plan(surfaces)
+    monkeypatch.setattr(population, "_EARLY", len(surfaces))
+    without = plan(surfaces)
+    assert with_memory.score >= without.score
+    assert with_memory.rotations_tried == without.rotations_tried
+
+
 def test_ranks_by_the_index_unless_asked_for_quality(surfaces):
     by_index, by_quality = plan(surfaces), plan(surfaces, select="quality")
     assert by_index.score >= by_quality.score - 1e-9
@@ -100,7 +109,7 @@ def test_an_index_without_a_climb_of_its_own_follows_too(surfaces):
 
 
 def test_share_formed_is_measured_on_the_nodes(surfaces):
-    population = Population(Judge(field(), None, PlannerParameters(), QUALITY), 3)
+    many = Population(Judge(field(), None, PlannerParameters(), QUALITY), 3)
     for surface in surfaces:
-        population.follow(surface)
-    np.testing.assert_allclose(formed_shares(population.steps), np.linspace(0, 1, len(surfaces)), atol=1e-6)
+        many.follow(surface)
+    np.testing.assert_allclose(formed_shares(many.steps), np.linspace(0, 1, len(surfaces)), atol=1e-6)

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 _NOT_CLOSED = 1e3
 """What a grasp that is not force closure loses: more than any measure can make up for."""
 
-_AT_ONCE = 16
+_DIRECTIONS = 128
+"""Directions in which the support is looked at for a first bound of Q3."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,7 @@ class QualityAscent:
         self._parameters = parameters
         self._quality = quality or QualityParameters()
         self._surface: Surface | None = None
+        self._known: dict[bytes, float] = {}  # what grasps are worth on this surface
         self._length_m = 1.0
 
     def propose(self, surface: Surface, vertices: IntArray, moves: Moves) -> IntArray | None:
@@ -96,49 +98,63 @@ class QualityAscent:
 
     def score(self, surface: Surface, vertices: IntArray) -> float:
         """Return the weighted quality; a grasp that is not force closure loses more than it can have."""
-        return float(self._values(surface, vertices[None])[0])
+        known = self._known.get(vertices.tobytes()) if surface is self._surface else None
+        if known is None:
+            maps = self._maps(surface, vertices[None])
+            known = self._value(maps[0], float(self._without_q3(surface, vertices[None], maps)[0]), -np.inf)
+            self._known[vertices.tobytes()] = known
+        return known
 
     def _best(self, surface: Surface, candidates: IntArray, floor: float) -> IntArray | None:
         """Return the best of many grasps if it is worth more than ``floor``.
 
-        Q3 is computed only of grasps that a bound of it does not leave out.
+        They are looked at in the order of a bound of their worth, each as long as it may be the best one.
         """
         if not len(candidates):
             return None
         from graspbench.planning.merit import support_bounds
 
         maps = self._maps(surface, candidates)
-        bounds = self._weighed(surface, candidates, maps, support_bounds(maps, self._quality, tight=False))
-        order = np.argsort(-bounds, kind="stable")
+        rest = self._without_q3(surface, candidates, maps)
+        bounds = self._with_q3(rest, support_bounds(maps, self._quality, tight=False, directions=_DIRECTIONS))
         best: IntArray | None = None
-        for first in range(0, len(order), _AT_ONCE):
-            some = order[first : first + _AT_ONCE]
-            some = some[bounds[some] > floor]
-            if not len(some):
+        for k in np.argsort(-bounds, kind="stable"):
+            if bounds[k] <= floor:
                 break
-            values = self._values(surface, candidates[some])
-            if values.max() > floor:
-                best, floor = candidates[some[int(np.argmax(values))]], float(values.max())
+            value = self._value(maps[k], float(rest[k]), floor)
+            if value > floor:
+                best, floor = candidates[k], value
+        if best is not None:
+            self._known[best.tobytes()] = floor
         return best
 
-    def _values(self, surface: Surface, candidates: IntArray) -> FloatArray:
-        """Return the weighted quality of many grasps, shape (n,)."""
-        from graspbench.grasp.quality import ball_radius
+    def _value(self, maps: FloatArray, rest: float, floor: float) -> float:
+        """Return a grasp's worth, or some value up to ``floor`` as soon as it is known not to exceed that."""
+        from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
 
-        maps = self._maps(surface, candidates)
-        q3 = ball_radius(maps, self._quality.polytope(), norm=self._quality.norm)
-        return self._weighed(surface, candidates, maps, q3)
+        weight = self._weights[2]
+        needed = max(CLOSURE_TOLERANCE, (floor - rest) / weight) if weight > 0.0 else CLOSURE_TOLERANCE
+        polytope = self._quality.polytope()
+        wrenches = polytope.vertices @ np.swapaxes(maps, -1, -2)
+        minkowski = self._quality.norm == "linf"
+        q3 = smallest_support(wrenches[None], polytope, minkowski=minkowski, stop_at=needed)
+        q3 = np.where(q3 > CLOSURE_TOLERANCE, q3, 0.0)
+        return float(self._with_q3(np.array([rest]), q3)[0])
 
-    def _weighed(
-        self, surface: Surface, candidates: IntArray, maps: FloatArray, q3: FloatArray
-    ) -> FloatArray:
-        """Return the weighted sum, less for what is not force closure or too far off the centroid."""
+    def _with_q3(self, rest: FloatArray, q3: FloatArray) -> FloatArray:
+        """Return the worth of grasps, shape (n,), less for what is not force closure."""
+        values: FloatArray = rest + self._weights[2] * q3 - _NOT_CLOSED * (q3 <= 0.0)
+        return values
+
+    def _without_q3(self, surface: Surface, candidates: IntArray, maps: FloatArray) -> FloatArray:
+        """Return the weighted sum of Q1 and Q2, shape (n,), less for what is too far off the centroid."""
         from graspbench.grasp.quality import singular_measures
         from graspbench.grasp.wrench import grasp_matrix
 
-        q1, q2 = singular_measures(grasp_matrix(maps))
-        values: FloatArray = np.stack((q1, q2, q3), axis=-1) @ self._weights
-        values[q3 <= 0.0] -= _NOT_CLOSED
+        values = np.zeros(len(candidates))
+        if self._weights[:2].any():
+            q1, q2 = singular_measures(grasp_matrix(maps))
+            values = self._weights[0] * q1 + self._weights[1] * q2
         tolerance = self._parameters.centre_tolerance_m
         if tolerance is not None:
             centres = surface.points[candidates].mean(axis=1)
@@ -151,6 +167,7 @@ class QualityAscent:
 
         if surface is not self._surface:
             self._surface = surface
+            self._known.clear()
             self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
         return wrench_maps(
             surface.points[candidates],
