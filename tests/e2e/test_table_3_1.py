@@ -65,7 +65,12 @@ def test_bad_input_leaves_nothing(cli, tmp_path):
 
 
 def test_without_the_hand_contacts_may_be_anywhere(cli, tmp_path, table):
-    quick = ("planner.restart=false", "search.refine=false", "search.measures=[q1]")
+    quick = (
+        "planner.restart=false",
+        "search.refine=false",
+        "search.measures=[q1]",
+        "search.centre_tolerance_m=0.05",
+    )
     finished = cli(*ARGUMENTS, *quick, "--without", "hand", "-o", tmp_path / "out")
     assert finished.code == 0, finished.stderr
     (free,) = finished.document["rows"]
