@@ -1,4 +1,4 @@
-"""Figures 3.5, 3.10 and 3.11 of the thesis, drawn from trials."""
+"""Figures 3.3, 3.5, 3.10 and 3.11 of the thesis, drawn from trials."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -108,9 +108,10 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
 
 
 def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output: Path) -> list[Path]:
-    """Draw figures 3.5, 3.10 and 3.11 of one trial."""
+    """Draw figures 3.3, 3.5, 3.10 and 3.11 of one trial."""
     from graspbench.report import draw_grasp, draw_surface_moments, pick_moments, style  # loads Matplotlib
     from graspbench.report.planning_figures import draw_travel
+    from graspbench.report.station_figure import draw_stations
 
     plan, planner, case, ending = trial.plan, config.planner, _case(config), _ending(config, trial)
     paths = fingertip_paths(plan.history, planner.paths, planner.floating_distance_m, trial.hand)
@@ -120,14 +121,21 @@ def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output:
     )
     shrinking = output / f"figure_3_5_{trial.name}.png"
     travel, final = output / f"figure_3_10_{ending}", output / f"figure_3_11_{ending}"
+    stations = output / f"figure_3_3_{trial.name}.png"
     with style.drawn_as(style.PRINT):
+        draw_stations(
+            trial.views,
+            trial.surfaces[-1],
+            stations,
+            f"Figure 3.3: stations and way of the camera, {trial.name}",
+        )
         draw_surface_moments(
             pick_moments(trial.surfaces), shrinking, f"Figure 3.5: preshape and reconstruction, {trial.name}"
         )
         draw_travel(trial.surfaces, plan.history, travel, f"Figure 3.10: planning, {case}")
         title = f"Figure 3.11: {case}"
         draw_grasp(trial.surfaces[-1], plan.grasp, paths, final, title=title, caption=caption)
-    return [shrinking, travel, final]
+    return [stations, shrinking, travel, final]
 
 
 def _draw_forces(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output: Path) -> Path:

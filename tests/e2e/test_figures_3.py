@@ -1,4 +1,4 @@
-"""Figures 3.5, 3.10 and 3.11 through the real command line."""
+"""Figures 3.3, 3.5, 3.10 and 3.11 through the real command line."""
 
 import cv2
 import numpy as np
@@ -21,7 +21,14 @@ def test_every_figure_and_table_is_there(cylinder):
     by_gain = {
         f"{kind}_cylinder_k_cm_{k}.png" for kind in ("figure_3_10", "figure_3_11", "forces") for k in (0, 1)
     }
-    assert names == by_gain | {"figure_3_5_cylinder.png", "table.csv", "table.md", "table.tex", "result.json"}
+    assert names == by_gain | {
+        "figure_3_3_cylinder.png",
+        "figure_3_5_cylinder.png",
+        "table.csv",
+        "table.md",
+        "table.tex",
+        "result.json",
+    }
     drawn = [path.stem for path in cylinder[1].glob("*.png")]
     assert vectors == {f"{stem}{suffix}" for stem in drawn for suffix in (".pdf", ".svg")}
     for name in by_gain:

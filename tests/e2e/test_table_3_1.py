@@ -62,3 +62,31 @@ def test_bad_input_leaves_nothing(cli, tmp_path):
     assert finished.code == 2
     assert "nothing" in finished.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_without_the_hand_contacts_may_be_anywhere(cli, tmp_path, table):
+    quick = (
+        "planner.restart=false",
+        "search.refine=false",
+        "search.measures=[q1]",
+        "search.centre_tolerance_m=0.05",
+    )
+    finished = cli(*ARGUMENTS, *quick, "--without", "hand", "-o", tmp_path / "out")
+    assert finished.code == 0, finished.stderr
+    (free,) = finished.document["rows"]
+    held = {row["measure"]: row for row in table[0].document["rows"]}["Q1"]
+    assert free["optimal"]
+    assert free["global"] >= held["global"] * (1.0 - 1e-9)
+    assert free["ratio"] == pytest.approx(free["local"] / free["global"])
+    with (tmp_path / "out" / "table.csv").open(newline="") as stream:
+        (row,) = csv.DictReader(stream)
+    assert (row["without"], row["contact"], row["wrench_space"], row["friction"], row["torque_length"]) == (
+        "hand", "hard_finger", "spatial", "0.5", "auto",
+    )  # fmt: skip
+    assert "Without a hand" in (tmp_path / "out" / "table.md").read_text()
+
+
+def test_only_the_table_is_compared_without_a_hand(cli, tmp_path):
+    finished = cli("paper", "appendix-a", "--without", "hand", "-o", tmp_path / "out")
+    assert finished.code == 2
+    assert "use --without with table-3.1" in finished.stderr

@@ -163,6 +163,22 @@ def test_planar_bounds_hold_for_every_grasp_of_the_clusters(measure, contact, sp
         assert tight > 0
 
 
+@pytest.mark.parametrize("measure", ["q1", "q2", "q3"])
+@pytest.mark.parametrize("contact", ["frictionless", "soft_finger"])
+def test_contacts_that_push_across_their_plane_have_a_bound(measure, contact):
+    """A flat plate: no force of its nodes has a part in the plane of four nodes of one side."""
+    grid = np.array([(x, y, z) for z in (0.0, 0.01) for x in range(4) for y in range(4)]) * [0.01, 0.01, 1.0]
+    normals = np.where(grid[:, 2:] > 0.005, [[0.0, 0.0, -1.0]], [[0.0, 0.0, 1.0]])
+    quality = QualityParameters(contact=contact, wrench_space="planar_force")
+    layout = lay_out(
+        grid, normals, grid.mean(axis=0), quality, 1.0, np.arange(len(grid)), 4, np.array([np.inf, np.inf])
+    )
+    objective, bounds = make_objective(layout, measure), np.full(4, np.inf)
+    sides = np.flatnonzero(layout.tree.span[:, 1] - layout.tree.span[:, 0] == 4)[:4]
+    objective.bound(np.repeat(sides[:, None], 4, axis=1), bounds, -np.inf)
+    assert not np.isnan(bounds).any()
+
+
 @pytest.mark.parametrize("tolerance_m", [None, 0.004])
 def test_the_largest_outer_triangle_is_that_of_enumeration(tolerance_m):
     surface = ellipsoid((0.03, 0.025, 0.04), meridians=7, parallels=6)

@@ -52,10 +52,14 @@ class Climber:
         self._layout, self._objective, self._referee, self._follow = layout, objective, referee, follow
         self.looked_at = 0
 
-    def climb(self, place: Place, neighbours: Neighbours) -> Place:
-        """Move to the best of the neighbours again and again, until none of them is better."""
+    def climb(
+        self, place: Place, neighbours: Neighbours, out_of_time: Callable[[], bool] = lambda: False
+    ) -> Place:
+        """Move to the best of the neighbours again and again, until none is better or the time is up."""
         while True:
             for grasps in neighbours(place.leaves):
+                if out_of_time():
+                    return place
                 better = self.best(grasps, place.value, place)
                 if better is not None:
                     break

@@ -10,6 +10,8 @@ from graspbench.compiled import inner
 from graspbench.planning.search.bounds import Q1, Q2, inverse, member
 from graspbench.planning.search.planar_wrenches import planar_wrench
 
+_LEAST = 1e-12
+
 POWERS = 5
 """Powers of the inverse that are tried for Q1: 1, 2, 4, ..."""
 
@@ -80,7 +82,8 @@ def singular_bound(
     trace = 0.0
     for a in range(d):
         trace += gram[a, a]
-    factor: Any = np.linalg.cholesky(gram + 1e-6 * trace * np.eye(d))
+    # Any positive definite matrix gives a bound; contacts that push across the plane leave nothing but zeros.
+    factor: Any = np.linalg.cholesky(gram + max(1e-6 * trace, _LEAST) * np.eye(d))
     root = 1.0
     for a in range(d):
         root *= factor[a, a]

@@ -28,7 +28,7 @@ def search_wrenches(problem: Problem, starts: Sequence[Grasp]) -> GlobalResult:
     begins = [best] if best is not None and search.climbs else []
     begins += [Place(leaves, -np.inf, None) for leaves in sampled_grasps(layout, objective, search.climbs)]
     for begin in begins:
-        top = climber.climb(begin, ContactsInTurn(len(layout.nodes)))
+        top = climber.climb(begin, ContactsInTurn(len(layout.nodes)), problem.out_of_time)
         if top.grasp is not None and (best is None or top.value > best.value):
             best = top
     held = {} if best is None else {best.leaves.tobytes(): best.grasp}
