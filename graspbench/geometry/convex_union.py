@@ -14,6 +14,7 @@ from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.body import Body
 from graspbench.geometry.mesh import make_mesh
+from graspbench.geometry.spurious import without_spurious_handles
 
 if TYPE_CHECKING:
     import trimesh
@@ -86,7 +87,15 @@ def unite_convex_parts(parts: Sequence[FloatArray], inflate_m: Sequence[float], 
             break
     if best is None:
         raise first or MeshError(f"{name} has no convex parts", object=name)
-    return best
+    return best if _genus(best) == 0 else _without_slits(best, name)
+
+
+def _without_slits(body: Body, name: str) -> Body:
+    """Close what slits between the parts are left; the parts stay as they are."""
+    done: list[str] = []
+    vertices, faces = np.asarray(body.mesh.vertices), np.asarray(body.mesh.faces)
+    vertices, faces = without_spurious_handles(vertices, faces, name, done)
+    return replace(body, mesh=make_mesh(vertices, faces), repairs=(*body.repairs, *done)) if done else body
 
 
 def _genus(body: Body) -> int:

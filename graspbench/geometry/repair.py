@@ -12,9 +12,9 @@ from graspbench.errors import MeshError
 from graspbench.geometry import topology
 from graspbench.geometry.convex_union import manifold_arrays, to_manifold
 from graspbench.geometry.gaps import close_holes
-from graspbench.geometry.handles import cut_spurious_handles
 from graspbench.geometry.inspection import MeshReport, counted, inspect
 from graspbench.geometry.mesh import signed_volume
+from graspbench.geometry.spurious import without_spurious_handles
 from graspbench.geometry.wrinkles import smoothed, tolerate_wrinkles
 
 _RIVAL_SHARE = 0.25
@@ -27,9 +27,6 @@ _WIDE_SHARE = 0.3
 """A hole of this share of the body's size is no gap of a scan: what closes it is a guess."""
 
 _MAX_PIECES = 2000
-
-_MAX_ROUNDS = 20
-"""Times that spurious handles are looked for; a surface that has more of them then is beyond repair."""
 
 
 def repair(
@@ -57,7 +54,7 @@ def repair(
     if not report.usable:
         solids = _closed_bodies(vertices, faces, name, done, warnings)
         vertices, faces = _one_body(solids, name, done, warnings)
-        vertices, faces = _without_spurious_handles(vertices, faces, name, done)
+        vertices, faces = without_spurious_handles(vertices, faces, name, done)
         vertices, faces, report = inspect(vertices, faces, name, trusted=True)
     if report.usable and not trusted:
         vertices, report = smoothed(vertices, faces, report)
@@ -118,31 +115,6 @@ def _closed_bodies(
     if dropped:
         done.append(f"{counted(dropped, 'piece')} dropped for enclosing no volume")
     return sorted(solids, key=lambda solid: -float(solid.volume()))
-
-
-def _without_spurious_handles(
-    vertices: FloatArray, faces: IntArray, name: str, done: list[str]
-) -> tuple[FloatArray, IntArray]:
-    """Cut handles and fill tunnels of one closed body that are too thin to be meant."""
-    vertices, faces, report = inspect(vertices, faces, name, trusted=True)
-    cut: list[float] = []
-    for _ in range(min(report.genus or 0, _MAX_ROUNDS)):
-        vertices, faces, lengths = cut_spurious_handles(vertices, faces)
-        if not lengths:
-            break
-        vertices, faces, _, _ = close_holes(vertices, faces)
-        cut += lengths
-        if len(cut) >= (report.genus or 0):
-            break
-    if cut:
-        girths = _span_mm(cut)
-        done.append(f"{counted(len(cut), 'spurious handle')} cut, {girths} around")
-    return vertices, faces
-
-
-def _span_mm(lengths: list[float]) -> str:
-    low, high = f"{1e3 * min(lengths):.1f}", f"{1e3 * max(lengths):.1f}"
-    return f"{low} mm" if low == high else f"{low} to {high} mm"
 
 
 def _size(solid: Any) -> float:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-# The images and the surface of the thesis, whatever the defaults of a trial have become.
-AS_IN_THE_THESIS = ("surface=thesis", "stations=thesis", "stations.fit=false")
+# Images, surface and choice of the grasp of the thesis, whatever the defaults of a trial have become.
+AS_IN_THE_THESIS = ("surface=thesis", "stations=thesis", "stations.fit=false", "planner.robust.among=1")
 
 Say = Callable[[str], None]
 """Takes one line about the progress."""

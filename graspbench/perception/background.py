@@ -96,7 +96,8 @@ def _is_common(near: BoolArray, source: IntArray, images: int) -> bool:
     if images == 1:
         return float(near.mean()) > _SMALLEST_SHARE_OF_ONE
     shares = np.bincount(source[near], minlength=images) / np.bincount(source, minlength=images)
-    return int(np.count_nonzero(shares > _SMALLEST_SHARE)) >= _SMALLEST_SHARE_OF_IMAGES * images
+    several = max(2.0, _SMALLEST_SHARE_OF_IMAGES * images)
+    return int(np.count_nonzero(shares > _SMALLEST_SHARE)) >= several
 
 
 def _next_mode(pixels: FloatImage, darkest_shadow: float) -> FloatImage:

@@ -16,6 +16,9 @@ from graspbench.perception.triangulation import triangulate_centre
 _MAX_ROUNDS = 6
 _SETTLED_M = 1e-3
 _TREMBLING_M = 2e-2
+_STEPS_BACK = (1.0, 1.5)
+"""Times the wide views' distance."""
+
 _SLANTS_DEG = ((0.0, 0.0), (45.0, 0.0), (45.0, 90.0))
 
 
@@ -46,22 +49,14 @@ def detect_object(
         blobs: How a blob is told from the background.
 
     Raises:
-        ImageError: No object, or no single one, is in view.
+        ImageError: No object, or no single one, is in view, from farther off neither.
         StationError: The optical axis does not come to rest on the object.
     """
     guess = np.zeros(3)
     for round_number in range(_MAX_ROUNDS):
         # The first guess has no height yet: the view from above alone is sure to be near.
         slants = _SLANTS_DEG[:1] if round_number == 0 else _SLANTS_DEG
-        views = [take(_wide_station(i, guess, slant, parameters)) for i, slant in enumerate(slants)]
-        try:
-            found = silhouettes(views, blobs)
-        except ImageError as error:
-            raise ImageError(
-                f"the detection pass fails: {error.what}",
-                remedy="put one object in view (scene.x_m, scene.y_m), or raise stations.home_distance_m",
-                **error.data,
-            ) from error
+        found = _look(take, guess, slants, parameters.home_distance_m, blobs)
         if round_number == 0:
             ray = found[0].camera.rays(found[0].centroid[None])[0]
             origin = found[0].camera.position
@@ -81,6 +76,33 @@ def detect_object(
     )
 
 
+def _look(
+    take: Callable[[Station], View],
+    guess: FloatArray,
+    slants: Sequence[tuple[float, float]],
+    distance_m: float,
+    blobs: SilhouetteParameters,
+) -> tuple[Silhouette, ...]:
+    """Return the silhouettes of wide views; from farther off where the object does not fit into these.
+
+    While the guess is still on the ground a tall object sticks out of the slanted views, or so far into their
+    borders that it is taken for background.
+    """
+    first: ImageError | None = None
+    for factor in _STEPS_BACK:
+        views = [take(_wide_station(i, guess, slant, factor * distance_m)) for i, slant in enumerate(slants)]
+        try:
+            return silhouettes(views, blobs)
+        except ImageError as error:
+            first = first or error
+    assert first is not None
+    raise ImageError(
+        f"the detection pass fails: {first.what}",
+        remedy="put one object in view (scene.x_m, scene.y_m), or raise stations.home_distance_m",
+        **first.data,
+    ) from first
+
+
 def _radius(found: Sequence[Silhouette], centre: FloatArray) -> float:
     """Return the radius of the smallest ball about the centre whose cones hold all silhouettes."""
     radii = []
@@ -94,10 +116,8 @@ def _radius(found: Sequence[Silhouette], centre: FloatArray) -> float:
     return float(max(radii))
 
 
-def _wide_station(
-    number: int, target: FloatArray, slant: tuple[float, float], parameters: StationParameters
-) -> Station:
+def _wide_station(number: int, target: FloatArray, slant: tuple[float, float], distance_m: float) -> Station:
     """Return a station at the wide views' distance, slanted by angle and azimuth in degrees."""
     angle, azimuth = np.radians(slant)
     direction = np.array([np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth), np.cos(angle)])
-    return Station(f"wide-{number}", look_at(target + parameters.home_distance_m * direction, target))
+    return Station(f"wide-{number}", look_at(target + distance_m * direction, target))

@@ -84,7 +84,7 @@ class Judge:
     @property
     def robust(self) -> bool:
         """Whether the most robust of the index's best grasps is taken."""
-        return self.planner.robust.among > 1
+        return self.planner.select == "index" and self.planner.robust.among > 1
 
     @property
     def wanted(self) -> int:

@@ -27,6 +27,9 @@ BEHIND_CAMERA_M = 1e3
 
 GRADIENT_STEP_M = 0.2e-3
 
+STEEPEST = 1.6
+"""Largest change of a view's distance over that of the point: perspective stretches distances."""
+
 
 class HullFields(NamedTuple):
     """The distance fields as the compiled loops read them.
@@ -170,6 +173,49 @@ def critical_view(fields: HullFields, x: float, y: float, z: float) -> tuple[int
         if distance > largest:
             critical, largest = view, distance
     return critical, largest
+
+
+@inner
+def critical_view_near(
+    fields: HullFields, x: float, y: float, z: float, seen: FloatArray
+) -> tuple[int, float]:
+    """As `critical_view`, for points that follow each other closely: most views are not looked at again.
+
+    Args:
+        fields: The visual hull's.
+        x: First coordinate.
+        y: Second coordinate.
+        z: Third coordinate.
+        seen: Where each view was looked at last and what distance it gave, and the last critical view; as
+            `unseen` makes it, shape (n_img + 1, 4).
+    """
+    count = len(fields.starts)
+    critical, largest = count, fields.ground_m - z
+    first = int(seen[count, 0])
+    for turn in range(count + 1):
+        # The view that was critical last comes first.
+        view = first if turn == 0 else turn - 1
+        if view == count or (turn > 0 and view == first):
+            continue
+        room = largest - seen[view, 3]
+        if room > 0.0:
+            way = (x - seen[view, 0]) ** 2 + (y - seen[view, 1]) ** 2 + (z - seen[view, 2]) ** 2
+            if room * room > STEEPEST * STEEPEST * way:
+                continue
+        distance = view_distance(fields, view, x, y, z)
+        seen[view, 0], seen[view, 1], seen[view, 2], seen[view, 3] = x, y, z, distance
+        if distance > largest:
+            critical, largest = view, distance
+    seen[count, 0] = critical
+    return critical, largest
+
+
+@inner
+def unseen(fields: HullFields) -> FloatArray:
+    """Return the memory of `critical_view_near` before its first point, shape (n_img + 1, 4)."""
+    seen = np.zeros((len(fields.starts) + 1, 4))
+    seen[:, 3] = np.inf
+    return seen
 
 
 @inner

@@ -7,7 +7,14 @@ import numpy.typing as npt
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_distance, view_slope
+from graspbench.reconstruction.hull_fields import (
+    STEEPEST,
+    HullFields,
+    critical_view_near,
+    unseen,
+    view_distance,
+    view_slope,
+)
 
 SLACK = 0.75
 """Share of the distance in the images that the border is surely away: perspective stretches distances."""
@@ -105,20 +112,20 @@ def _approach(fields: HullFields, low: FloatArray, side: float, blocks: IntArray
     """Find a cell on the border near the centre of each block that the border may pass; return how many."""
     block = BLOCK_CELLS * side
     reach = 0.5 * np.sqrt(3.0) * block / SLACK
-    count = 0
+    count, seen = 0, unseen(fields)
     for i in range(blocks[0]):
         for j in range(blocks[1]):
             for k in range(blocks[2]):
                 x = low[0] + (i + 0.5) * block
                 y = low[1] + (j + 0.5) * block
                 z = low[2] + (k + 0.5) * block
-                view, distance = critical_view(fields, x, y, z)
+                view, distance = critical_view_near(fields, x, y, z, seen)
                 if abs(distance) > reach:
                     continue
                 for _ in range(APPROACHES):
                     _, gx, gy, gz = view_slope(fields, view, x, y, z)
                     x, y, z = x - distance * gx, y - distance * gy, z - distance * gz
-                    view, distance = critical_view(fields, x, y, z)
+                    view, distance = critical_view_near(fields, x, y, z, seen)
                     if abs(distance) < NEAR_SHARE * side:
                         break
                 seeds[count, 0] = int(np.floor((x - low[0]) / side))
@@ -129,18 +136,30 @@ def _approach(fields: HullFields, low: FloatArray, side: float, blocks: IntArray
 
 
 @inner
-def _side_of_border(fields: HullFields, x: float, y: float, z: float, hint: IntArray) -> float:
+def _side_of_border(fields: HullFields, x: float, y: float, z: float, seen: FloatArray) -> float:
     """Return a point's signed distance (m) to the hull; outside, that to the first view that excludes it.
 
-    Only the sign counts there, and the view that excluded the last point mostly excludes the next one.
+    Only the sign counts there, and the view that excluded the last point mostly excludes the next one. Views
+    that cannot matter yet are not looked at again; ``seen`` is as for `critical_view_near`.
     """
-    largest = view_distance(fields, hint[0], x, y, z)
+    count = len(fields.starts)
+    largest = fields.ground_m - z
     if largest > 0.0:
         return largest
-    for view in range(len(fields.starts) + 1):
+    first = int(seen[count, 0])
+    for turn in range(count + 1):
+        view = first if turn == 0 else turn - 1
+        if view == count or (turn > 0 and view == first):
+            continue
+        room = largest - seen[view, 3]
+        if room > 0.0:
+            way = (x - seen[view, 0]) ** 2 + (y - seen[view, 1]) ** 2 + (z - seen[view, 2]) ** 2
+            if room * room > STEEPEST * STEEPEST * way:
+                continue
         distance = view_distance(fields, view, x, y, z)
+        seen[view, 0], seen[view, 1], seen[view, 2], seen[view, 3] = x, y, z, distance
         if distance > 0.0:
-            hint[0] = view
+            seen[count, 0] = view
             return distance
         largest = max(largest, distance)
     return largest
@@ -155,7 +174,7 @@ def _look(
     j: int,
     k: int,
     values: npt.NDArray[np.float32],
-    hint: IntArray,
+    seen: FloatArray,
 ) -> int:
     """Make sure that a cell's corners are known; return its signs."""
     signs = 0
@@ -170,7 +189,7 @@ def _look(
                 or q == values.shape[1] - 1
                 or r == values.shape[2] - 1
             )
-            distance = _side_of_border(fields, low[0] + p * side, low[1] + q * side, low[2] + r * side, hint)
+            distance = _side_of_border(fields, low[0] + p * side, low[1] + q * side, low[2] + r * side, seen)
             # The box holds the hull: what sticks out of it is cut, so that the surface stays closed.
             values[p, q, r] = max(distance, BARELY_M) if on_border else distance
         if values[p, q, r] < 0.0:
@@ -199,7 +218,7 @@ def _follow(
     Returns:
         Cells found, cells whose neighbours were looked at, and seeds used.
     """
-    hint = np.zeros(1, dtype=np.int64)
+    seen = unseen(fields)
     while True:
         while done < count:
             if count + 6 > len(cells):
@@ -216,7 +235,7 @@ def _follow(
                 if face != 0 and face != FACES[way]:
                     slots[i, j, k] = count
                     cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
-                    signs[count] = _look(fields, low, side, i, j, k, values, hint)
+                    signs[count] = _look(fields, low, side, i, j, k, values, seen)
                     count += 1
             done += 1
         if seed == len(seeds):
@@ -227,7 +246,7 @@ def _follow(
         seed += 1
         if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
             continue
-        here = _look(fields, low, side, i, j, k, values, hint)
+        here = _look(fields, low, side, i, j, k, values, seen)
         if here != 0 and here != 255:
             slots[i, j, k] = count
             cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k

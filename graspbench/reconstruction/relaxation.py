@@ -13,7 +13,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.dual_net import DualNet
-from graspbench.reconstruction.hull_fields import HullFields, critical_view, view_slope
+from graspbench.reconstruction.hull_fields import HullFields, critical_view_near, unseen, view_slope
 
 STIFFNESS = 0.05
 """Springs of a node against its tangent planes."""
@@ -59,10 +59,10 @@ def tangent_planes(fields: HullFields, net: DualNet) -> Planes:
 @compiled
 def _sum_planes(fields: HullFields, quads: IntArray, crossings: FloatArray, planes: Planes) -> None:
     squares, targets, constants = planes
-    number = np.zeros(len(constants))
+    number, seen = np.zeros(len(constants)), unseen(fields)
     for f in range(len(quads)):
         x, y, z = crossings[f, 0], crossings[f, 1], crossings[f, 2]
-        view, distance = critical_view(fields, x, y, z)
+        view, distance = critical_view_near(fields, x, y, z, seen)
         _, gx, gy, gz = view_slope(fields, view, x, y, z)
         offset = gx * x + gy * y + gz * z - distance
         for k in range(4):
@@ -180,10 +180,11 @@ def project(points: FloatArray, fields: HullFields, longest: float) -> None:
         fields: The visual hull's.
         longest: Bound on each step (m).
     """
+    seen = unseen(fields)
     for n in range(len(points)):
         for _ in range(PROJECTIONS):
             x, y, z = points[n, 0], points[n, 1], points[n, 2]
-            view, distance = critical_view(fields, x, y, z)
+            view, distance = critical_view_near(fields, x, y, z, seen)
             if abs(distance) < ON_BORDER_M:
                 break
             _, gx, gy, gz = view_slope(fields, view, x, y, z)

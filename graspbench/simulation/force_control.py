@@ -17,6 +17,7 @@ _AMPLE = 4.0
 _LEFT = 0.2
 _EFFORT_ROUNDS = 4
 _NEARLY_ALL = 0.98
+_WEAKEST_N = 1e-3
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -138,12 +139,15 @@ class ForceControl:
             return needed
 
         pressing = torques(self._forces)
-        self._pressing = self._within_effort(pressing) * pressing
+        reachable = self._within_effort(pressing)
+        self._pressing = reachable * pressing
         self._carrying = np.zeros_like(q)
         if loaded:
-            self._carrying = self._holding(torques, to_palm.T @ palm[2, :3]) - self._pressing
+            self._carrying = self._holding(torques, to_palm.T @ palm[2, :3], reachable) - self._pressing
 
-    def _holding(self, torques: Callable[[FloatArray], FloatArray], upwards: FloatArray) -> FloatArray:
+    def _holding(
+        self, torques: Callable[[FloatArray], FloatArray], upwards: FloatArray, reachable: float
+    ) -> FloatArray:
         """Return the torques of forces that grip and carry the weight at once, shape (n_q,).
 
         Where the joints are too weak for the whole grip force, it is the weight that comes first: a finger
@@ -152,9 +156,10 @@ class ForceControl:
         Args:
             torques: From forces on the object to joint torques.
             upwards: In the object's frame, shape (3,).
+            reachable: Share of the grip force that the joints can do without the weight.
         """
         weight, friction = self._weight_n * upwards, self._stage.friction.coulomb
-        mean_n = self.mean_force_n
+        mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
         for _ in range(_EFFORT_ROUNDS):
             forces, left = internal_forces(self._points, self._normals, friction, mean_n, weight)
             if left < 0.0:

@@ -220,3 +220,9 @@ def test_loading_twice_gives_the_same_bits():
     np.testing.assert_array_equal(first.mesh.vertices, second.mesh.vertices)
     for a, b in zip(first.collision_parts, second.collision_parts, strict=True):
         np.testing.assert_array_equal(a.vertices, b.vertices)
+
+
+def test_slits_between_convex_parts_are_closed_and_said():
+    model = load_object(ObjectParameters(name="random", id=384))
+    assert model.report.genus == 0
+    assert any("spurious handles" in done for done in model.report.repairs)

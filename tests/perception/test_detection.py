@@ -48,6 +48,18 @@ def test_no_or_several_objects_are_refused(balls, message):
         detect_object(photographer(balls, []), StationParameters(), SilhouetteParameters())
 
 
+def test_an_object_that_sticks_out_of_the_first_slanted_views_is_found_from_farther_off():
+    stations = []
+    column = [(np.array([0.0, 0.0, height]), 0.07) for height in np.arange(0.07, 0.2, 0.03)]
+    found, radius_m = detect_object(
+        photographer(column, stations), StationParameters(), SilhouetteParameters()
+    )
+    assert 0.08 < found[2] < 0.2
+    assert 0.1 < radius_m < 0.2
+    heights = [station.transform_camera_to_world[2, 3] for station in stations]
+    assert max(heights) > 1.1  # it stepped back
+
+
 def test_uncertain_poses_still_lead_near_the_object():
     exact = photographer([(np.array([0.05, 0.0, 0.04]), 0.04)], [])
     generator = np.random.default_rng(0)

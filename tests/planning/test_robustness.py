@@ -67,7 +67,7 @@ def test_a_tilt_of_known_size_costs_what_the_cone_says():
 
 def test_contacts_on_narrow_crests_are_worth_less_than_the_same_contacts_on_a_smooth_body():
     def crests(d):
-        return 0.03 * (1.0 + 0.03 * (np.cos(12 * np.arctan2(d[:, 1], d[:, 0])) - 1.0) * (1 - d[:, 2] ** 2))
+        return 0.03 * (1.0 + 0.06 * (np.cos(12 * np.arctan2(d[:, 1], d[:, 0])) - 1.0) * (1 - d[:, 2] ** 2))
 
     errors = RobustParameters(samples=90, position_sigma_m=0.003, normal_sigma_deg=0.0)
     kept = []

@@ -221,3 +221,28 @@ def test_a_slope_is_the_fields_own():
         )
         close += np.allclose(direction, numeric / np.linalg.norm(numeric), atol=1e-4)
     assert close >= 198  # a step may cross into the next pixel
+
+
+@pytest.mark.parametrize("name", ["cup", "angle"])
+def test_views_that_are_not_looked_at_again_change_nothing(name):
+    from graspbench.compiled import compiled
+    from graspbench.reconstruction.hull_fields import critical_view, critical_view_near, unseen
+
+    @compiled
+    def along(fields, points, near, all_views):
+        seen = unseen(fields)
+        for k in range(len(points)):
+            near[k] = critical_view_near(fields, points[k, 0], points[k, 1], points[k, 2], seen)[1]
+            all_views[k] = critical_view(fields, points[k, 0], points[k, 1], points[k, 2])[1]
+
+    shapes = scene(name)
+    fields = VisualHull(shapes.silhouettes).fields
+    generator = np.random.default_rng(5)
+    low, high = shapes.mesh.bounds
+    # A walk in steps from a tenth of a millimetre to a centimetre, and jumps now and then.
+    steps = generator.normal(size=(4000, 3)) * 10.0 ** generator.uniform(-4, -2, (4000, 1))
+    points = low + (high - low) * np.abs((steps.cumsum(axis=0) / (high - low) + 1.0) % 2.0 - 1.0)
+    points[::500] = generator.uniform(low, high, (8, 3))
+    near, every = np.empty(len(points)), np.empty(len(points))
+    along(fields, points, near, every)
+    np.testing.assert_array_equal(near, every)

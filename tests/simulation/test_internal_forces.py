@@ -62,3 +62,29 @@ def test_forces_of_even_grasps_balance_inside_the_cones(seed, n):
     assert np.linalg.norm(forces.sum(axis=0)) < 0.03 * along.sum()
     torque = np.cross(points - points.mean(axis=0), forces).sum(axis=0)
     assert np.linalg.norm(torque) < 0.03 * 0.03 * along.sum()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 1.0))
+def test_forces_that_carry_a_weight_add_up_to_it_without_a_moment(seed, weight):
+    generator = np.random.default_rng(seed)
+    points, normals = on_circle(2 * np.pi * np.arange(3) / 3 + generator.uniform(-0.2, 0.2, 3))
+    upwards = generator.normal(size=3)
+    upwards *= weight / np.linalg.norm(upwards)
+    forces, left = internal_forces(points, normals, 0.6, 3.0, upwards)
+    assert left > 0.0
+    along = np.einsum("ij,ij->i", forces, normals)
+    across = np.linalg.norm(forces - along[:, None] * normals, axis=1)
+    assert (0.6 * along - across >= left * 0.6 * 3.0 * 0.97 - 1e-9).all()
+    np.testing.assert_allclose(forces.sum(axis=0), upwards, atol=0.03 * along.sum())
+    assert np.linalg.norm(np.cross(points, forces).sum(axis=0)) < 0.03 * 0.03 * along.sum()
+
+
+def test_a_finger_from_above_lets_go_when_the_weight_needs_the_others():
+    # Two fingers at the sides can just carry 8 N; the third presses from above.
+    points = np.array([[0.05, 0, 0], [-0.05, 0, 0], [0, 0, 0.05]])
+    normals = np.array([[-1.0, 0, 0], [1.0, 0, 0], [0, 0, -1.0]])
+    idle, _ = internal_forces(points, normals, 0.5, 7.0)
+    laden, left = internal_forces(points, normals, 0.5, 7.0, np.array([0.0, 0.0, 8.0]))
+    assert left >= 0.0
+    assert -laden[2, 2] < 0.6 * -idle[2, 2]
