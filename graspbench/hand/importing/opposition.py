@@ -22,6 +22,7 @@ _POSTURES, _CENTRES, _REFINED = 800, 200, 150
 _DISTANCE_M = 0.008
 _FACING, _COMFORT, _BALANCE, _PALM = 3.0, 1.2, 6.0, 4.0
 _TRIED, _RESTS, _GOOD = 40, 30, -1.5
+_BESIDE, _APART = 0.5, 2.0  # cosine between tips beyond which they count as beside each other
 _EDGE = 0.08
 _NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
 _ROOM_M = 0.005
@@ -198,7 +199,9 @@ def _search(
             blocked += _PALM
         imbalances = np.linalg.norm(shares @ directions, axis=1)
         # Three fingers are worth more than two, if they oppose as well.
-        totals = shares @ values - _BALANCE * imbalances - blocked - 0.5 * (3 - lengths)
+        close = np.maximum(directions @ directions.T - _BESIDE, 0.0)
+        beside = np.einsum("sf,fg,sg->s", shares > 0, close * (1.0 - np.eye(len(close))), shares > 0)
+        totals = shares @ values - _BALANCE * imbalances - blocked - 0.5 * (3 - lengths) - _APART * beside
         rated += [
             (float(total), centre, chosen, subset) for total, subset in zip(totals, subsets, strict=True)
         ]
