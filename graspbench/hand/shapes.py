@@ -187,7 +187,11 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pin
         return BOX, np.array(geometry.halfSide, dtype=float), 0.0, here
     if hasattr(geometry, "vertices"):
         vertices = np.asarray(geometry.vertices(), dtype=float).reshape(-1, 3)
-        if len(vertices) >= 4 and np.all(np.isfinite(vertices)) and (fitted := _around(vertices)) is not None:
+        if (
+            len(vertices) >= 4
+            and np.all(np.isfinite(vertices))
+            and (fitted := fit_around(vertices)) is not None
+        ):
             return fitted
     geometry.computeLocalAABB()
     box = geometry.aabb_local
@@ -200,8 +204,12 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pin
     return BOX, (high - low) / 2, 0.0, pinocchio.SE3(np.eye(3), (low + high) / 2)
 
 
-def _around(vertices: FloatArray) -> tuple[int, FloatArray, float, pinocchio.SE3] | None:
-    """Return the smaller of a mesh's least box and the capsule along it; None for a flat mesh."""
+def fit_around(vertices: FloatArray) -> tuple[int, FloatArray, float, pinocchio.SE3] | None:
+    """Return the smaller of a mesh's least box and the capsule along it; None for a flat mesh.
+
+    Returns:
+        Kind of the core, its half extents, shape (3,), the radius that it is swept by, and its placement.
+    """
     try:
         to_box, edges = trimesh.bounds.oriented_bounds(vertices)
     except (scipy.spatial.QhullError, ValueError):
