@@ -26,6 +26,7 @@ _BESIDE, _APART = 0.5, 2.0  # cosine between tips beyond which they count as bes
 _EDGE = 0.08
 _NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
 _ROOM_M = 0.005
+_FAR_M, _NEAR_M = 0.3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -314,6 +315,7 @@ def _palm_frame(
     beside = np.linalg.norm(along - np.outer(along @ z, z), axis=1)
     near = along[beside <= max(0.03, float(beside.min()) + 1e-6)] @ z
     front = float(near[near < 0.0].max()) if np.any(near < 0.0) else float(near.min())
+    front = -_travel(hand, centre, -z, -front)
     x = bases.mean(axis=0) - centre
     x = x - (x @ z) * z
     if np.linalg.norm(x) < 5e-3:
@@ -324,6 +326,17 @@ def _palm_frame(
     frame[:3, :3] = np.column_stack((x, np.cross(z, x), z))
     frame[:3, 3] = centre + front * z
     return frame
+
+
+def _travel(hand: HandModel, start: FloatArray, direction: FloatArray, otherwise: float) -> float:
+    """Return how far it is from a point along a direction to the palm's shapes, or ``otherwise``."""
+    palm, way = _palm_shapes(hand), 0.0
+    while palm and way < _FAR_M:
+        gap = _palm_distance(hand, palm, start + way * direction)
+        if gap < _NEAR_M:
+            return way
+        way += gap
+    return otherwise
 
 
 def _palm_cloud(hand: HandModel) -> FloatArray:
