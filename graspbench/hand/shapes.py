@@ -6,6 +6,8 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio
+import scipy.spatial
+import trimesh
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
@@ -59,7 +61,7 @@ def extract_shapes(
     """Read the collision shapes of palm and fingers.
 
     Spheres, capsules, boxes and cylinders are taken as they are (a cylinder longer than thick as the
-    capsule around it); anything else as its box in its own frame. Links moved by joints outside the
+    capsule around it); meshes as the least box or capsule around them. Links moved by joints outside the
     fingers count as palm, in the posture of ``data``.
 
     Args:
@@ -165,7 +167,8 @@ def _overlap(shapes: Shapes, poses: FloatArray, a: int, b: int, radii: float) ->
         shapes.size[b],
         radii,
     )[0]
-    return bool(distance < radii)
+    # Cores without a rounding radius that overlap are at a distance of 0.
+    return bool(distance < radii + _TIP_M)
 
 
 def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pinocchio.SE3]:
@@ -182,6 +185,14 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pin
         return CYLINDER, np.array([radius, radius, half]), 0.0, here
     if isinstance(geometry, coal.Box):
         return BOX, np.array(geometry.halfSide, dtype=float), 0.0, here
+    if hasattr(geometry, "vertices"):
+        vertices = np.asarray(geometry.vertices(), dtype=float).reshape(-1, 3)
+        if (
+            len(vertices) >= 4
+            and np.all(np.isfinite(vertices))
+            and (fitted := fit_around(vertices)) is not None
+        ):
+            return fitted
     geometry.computeLocalAABB()
     box = geometry.aabb_local
     low, high = np.array(box.min_, dtype=float), np.array(box.max_, dtype=float)
@@ -191,6 +202,31 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pin
             remedy="use spheres, boxes, cylinders or meshes in the URDF",
         )
     return BOX, (high - low) / 2, 0.0, pinocchio.SE3(np.eye(3), (low + high) / 2)
+
+
+def fit_around(vertices: FloatArray) -> tuple[int, FloatArray, float, pinocchio.SE3] | None:
+    """Return the smaller of a mesh's least box and the capsule along it; None for a flat mesh.
+
+    Returns:
+        Kind of the core, its half extents, shape (3,), the radius that it is swept by, and its placement.
+    """
+    try:
+        to_box, edges = trimesh.bounds.oriented_bounds(vertices)
+    except (scipy.spatial.QhullError, ValueError):
+        return None
+    order = np.argsort(edges, kind="stable")  # z along the longest edge
+    axes = np.linalg.inv(to_box)[:3, :3][:, order]
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    centre = np.linalg.inv(to_box)[:3, 3]
+    placement = pinocchio.SE3(np.ascontiguousarray(axes), centre)
+    local = (vertices - centre) @ axes
+    radius = float(np.linalg.norm(local[:, :2], axis=1).max())
+    within = np.sqrt(np.maximum(radius**2 - np.sum(local[:, :2] ** 2, axis=1), 0.0))
+    half = max(float((np.abs(local[:, 2]) - within).max()), 0.0)
+    if np.pi * radius**2 * (2.0 * half + 4.0 / 3.0 * radius) < float(np.prod(edges)):
+        return SEGMENT, np.array([0.0, 0.0, half]), radius, placement
+    return BOX, np.asarray(edges, dtype=float)[order] / 2, 0.0, placement
 
 
 def _without_covered(shapes: list[_Shape]) -> list[_Shape]:

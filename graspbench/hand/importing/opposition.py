@@ -22,9 +22,11 @@ _POSTURES, _CENTRES, _REFINED = 800, 200, 150
 _DISTANCE_M = 0.008
 _FACING, _COMFORT, _BALANCE, _PALM = 3.0, 1.2, 6.0, 4.0
 _TRIED, _RESTS, _GOOD = 40, 30, -1.5
+_BESIDE, _APART = 0.5, 2.0  # cosine between tips beyond which they count as beside each other
 _EDGE = 0.08
 _NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
 _ROOM_M = 0.005
+_FAR_M, _NEAR_M = 0.3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,9 @@ def _search(
             blocked += _PALM
         imbalances = np.linalg.norm(shares @ directions, axis=1)
         # Three fingers are worth more than two, if they oppose as well.
-        totals = shares @ values - _BALANCE * imbalances - blocked - 0.5 * (3 - lengths)
+        close = np.maximum(directions @ directions.T - _BESIDE, 0.0)
+        beside = np.einsum("sf,fg,sg->s", shares > 0, close * (1.0 - np.eye(len(close))), shares > 0)
+        totals = shares @ values - _BALANCE * imbalances - blocked - 0.5 * (3 - lengths) - _APART * beside
         rated += [
             (float(total), centre, chosen, subset) for total, subset in zip(totals, subsets, strict=True)
         ]
@@ -311,6 +315,7 @@ def _palm_frame(
     beside = np.linalg.norm(along - np.outer(along @ z, z), axis=1)
     near = along[beside <= max(0.03, float(beside.min()) + 1e-6)] @ z
     front = float(near[near < 0.0].max()) if np.any(near < 0.0) else float(near.min())
+    front = -_travel(hand, centre, -z, -front)
     x = bases.mean(axis=0) - centre
     x = x - (x @ z) * z
     if np.linalg.norm(x) < 5e-3:
@@ -321,6 +326,17 @@ def _palm_frame(
     frame[:3, :3] = np.column_stack((x, np.cross(z, x), z))
     frame[:3, 3] = centre + front * z
     return frame
+
+
+def _travel(hand: HandModel, start: FloatArray, direction: FloatArray, otherwise: float) -> float:
+    """Return how far it is from a point along a direction to the palm's shapes, or ``otherwise``."""
+    palm, way = _palm_shapes(hand), 0.0
+    while palm and way < _FAR_M:
+        gap = _palm_distance(hand, palm, start + way * direction)
+        if gap < _NEAR_M:
+            return way
+        way += gap
+    return otherwise
 
 
 def _palm_cloud(hand: HandModel) -> FloatArray:

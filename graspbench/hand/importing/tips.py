@@ -9,8 +9,10 @@ import pinocchio
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.chains import coupling, motion_axis
+from graspbench.hand.distance import BOX
 from graspbench.hand.importing.structure import FoundFinger
 from graspbench.hand.importing.surfaces import surface_points
+from graspbench.hand.shapes import fit_around
 
 _SLICE_M, _SLICE_SHARE = 0.012, 0.35
 _PROUD_M, _END_M = 2e-3, 5e-4
@@ -66,7 +68,7 @@ def last_link(
     for item in geometry.geometryObjects:
         if item.parentJoint != joint:
             continue
-        points = surface_points(item.geometry) @ item.placement.rotation.T + item.placement.translation
+        points = _known_points(item.geometry) @ item.placement.rotation.T + item.placement.translation
         clouds.append(points)
         if isinstance(item.geometry, coal.Sphere):
             balls.append([*item.placement.translation, item.geometry.radius])
@@ -95,6 +97,20 @@ def last_link(
     return LastLink(
         joint, np.array(link.homogeneous), points, np.array(balls).reshape(-1, 4), axis, outwards, pad
     )
+
+
+def _known_points(shape: coal.CollisionGeometry) -> FloatArray:
+    """Return points on a shape as the planners know it: on what is wrapped around a mesh, not on the mesh.
+
+    A tip that stands out of the mesh alone would not stand out of that.
+    """
+    points = surface_points(shape)
+    wrapped = fit_around(points) if hasattr(shape, "vertices") and len(points) >= 4 else None
+    if wrapped is None:
+        return points
+    kind, half, radius, placement = wrapped
+    around = coal.Box(*(2 * half)) if kind == BOX else coal.Capsule(radius, 2 * half[2])
+    return np.asarray(surface_points(around) @ placement.rotation.T + placement.translation)
 
 
 def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_m: float | None) -> FoundTip:
