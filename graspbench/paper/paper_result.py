@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 # Images, surface and choice of the grasp of the thesis, whatever the defaults of a trial have become.
-AS_IN_THE_THESIS = ("surface=thesis", "stations=thesis", "stations.fit=false", "planner.robust.among=1")
+AS_IN_THE_THESIS = ("surface=thesis", "stations=thesis", "stations.fit=false")
 
 Say = Callable[[str], None]
 """Takes one line about the progress."""

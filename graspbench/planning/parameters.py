@@ -103,7 +103,7 @@ class RobustParameters:
             description="select=index: of so many grasps that the hand holds, the index's best, the most "
             "robust is taken; 1: the index alone decides",
         ),
-    ] = 4
+    ] = 1
     samples: Annotated[int, Field(ge=3, le=10_000, description="Errors drawn for a grasp")] = 48
     position_sigma_m: Annotated[
         float, Field(ge=0, description="Standard deviation of a contact along each tangent, m")
