@@ -6,8 +6,7 @@ for it once per combination of groups and only sets values afterwards.
 """
 
 import copy
-import difflib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,31 +14,22 @@ from typing import Any
 
 from hydra import compose, initialize_config_dir
 from hydra._internal.config_repository import ConfigRepository
-from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.types import Override
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import graspbench.conf
-from graspbench.config.experiments import EXPERIMENT, NO_TRIAL_GROUPS, keys_of
+from graspbench.config.experiments import EXPERIMENT, keys_of
+from graspbench.config.groups import CONF_DIR, group_options, store_options_without_file
 from graspbench.config.option_files import check_option_files, has_resolver
 from graspbench.config.overrides import first_line, parse_overrides
 from graspbench.config.schema import (
-    MANIPULATION_SECTIONS,
-    TASKS_KEY,
     Primary,
-    complete_tasks,
     complete_with_defaults,
     follow,
 )
+from graspbench.config.values import Tree, flatten, set_value, suggestion
 from graspbench.errors import ConfigurationError, shown
-from graspbench.geometry import list_objects
-from graspbench.planning.index import INDICES
-
-Tree = dict[str, Any]
-
-CONF_DIR = Path(graspbench.conf.__path__[0])
 
 
 @dataclass(frozen=True)
@@ -55,39 +45,6 @@ class Composed:
     tree: Tree
     choice: Mapping[str, str]
     overridden: tuple[str, ...]
-
-
-def group_options(config_dir: Path | None = None, primary: Primary = "config") -> dict[str, tuple[str, ...]]:
-    """Return the options of every configuration group, plug-ins included.
-
-    Args:
-        config_dir: A user's folder with further groups and options.
-        primary: The primary configuration that the groups belong to.
-
-    Returns:
-        Options by group; a group inside another is called ``outer/inner``.
-    """
-    options: dict[str, set[str]] = {}
-    for root in filter(None, (CONF_DIR, config_dir)):
-        for group, name in _own_options() if root == CONF_DIR else _options_in(Path(root)):
-            if group in NO_TRIAL_GROUPS:
-                continue
-            if primary == "manipulate" or group.split("/")[0] not in MANIPULATION_SECTIONS:
-                options.setdefault(group, set()).add(name)
-    for group, names in _options_without_file().items():
-        options.setdefault(group, set()).update(names)
-    return {group: tuple(sorted(names)) for group, names in sorted(options.items())}
-
-
-def _options_in(root: Path) -> tuple[tuple[str, str], ...]:
-    """Return group and name of each option that has a file below a folder."""
-    files = [*root.glob("*/*.yaml"), *root.glob("*/*/*.yaml")]
-    return tuple((path.parent.relative_to(root).as_posix(), path.stem) for path in sorted(files))
-
-
-@lru_cache(maxsize=1)
-def _own_options() -> tuple[tuple[str, str], ...]:
-    return _options_in(CONF_DIR)
 
 
 def compose_tree(
@@ -151,26 +108,10 @@ def compose_configuration(
     composed, chosen = _compose_groups(tuple(sorted(choices.items())), config_dir, primary)
     tree = complete_with_defaults(composed, primary)
     for override in values:
-        _set_value(tree, override, groups)
+        set_value(tree, override, groups)
     choice = {group: chosen[group] for group in groups if group in chosen}
     keys = [*keys_of(choice.get(EXPERIMENT), (config_dir, CONF_DIR)), *(each.key_or_group for each in values)]
     return Composed(follow(_resolved(tree)), choice, tuple(dict.fromkeys(keys)))
-
-
-def set_values(tree: Tree, overrides: Sequence[str]) -> Tree:
-    """Return a complete tree with some of its values set anew; no option of a group can be chosen there.
-
-    Raises:
-        ConfigurationError: An override cannot be read, is no single value, or names no key.
-    """
-    changed = copy.deepcopy(tree)
-    for override in parse_overrides(overrides):
-        if override.is_sweep_override() or override.is_delete():
-            raise ConfigurationError(
-                f"'{override.input_line}' is no single value", remedy="give each key one value"
-            )
-        _set_value(changed, override, {})
-    return changed
 
 
 def _resolved(tree: Tree) -> Tree:
@@ -191,20 +132,11 @@ def _resolved(tree: Tree) -> Tree:
     return {str(key): value for key, value in resolved.items()}
 
 
-def flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield ``("group.key", value)`` for every leaf of a tree."""
-    for key, value in tree.items():
-        if isinstance(value, Mapping) and value:
-            yield from flatten(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
 def _check_option(group: str, option: str, groups: Mapping[str, Sequence[str]]) -> None:
     if option not in groups[group]:
         raise ConfigurationError(
             f"unknown {group} '{option}'",
-            remedy=_suggestion(option, groups[group]),
+            remedy=suggestion(option, groups[group]),
             group=group,
             option=option,
         )
@@ -215,7 +147,7 @@ def _compose_groups(
     choices: tuple[tuple[str, str], ...], config_dir: Path | None, primary: Primary
 ) -> tuple[Tree, dict[str, str]]:
     """Let Hydra compose the primary configuration with the chosen options; return the choices it made too."""
-    _store_options_without_file(config_dir)
+    store_options_without_file(config_dir)
     overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
         check_option_files(config_dir)
@@ -259,77 +191,3 @@ def _choices(made: Mapping[Any, Any]) -> dict[str, str]:
     """Return the option chosen of each group, as Hydra tells it."""
     ours = {name: group for group, name in _IN_HYDRA.items()}
     return {ours.get(str(group), str(group)): str(option) for group, option in made.items() if option}
-
-
-def _set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]]) -> None:
-    """Set one value; the key must exist, so that a misspelt one is found at once."""
-    path = override.key_or_group
-    _admit_task(tree, path)
-    *parents, last = path.split(".")
-    node: Any = tree
-    for parent in parents:
-        node = node.get(parent) if isinstance(node, dict) else None
-    if not isinstance(node, dict) or last not in node:
-        known = [key for key, _ in flatten(tree)] + list(groups)
-        raise ConfigurationError(
-            f"unknown option '{path}'", remedy=_suggestion(path, known), override=override.input_line
-        )
-    value = override.value()
-    if isinstance(node[last], dict) and not isinstance(value, dict):
-        raise ConfigurationError(
-            f"'{path}' is a group of options, not a value",
-            remedy=f"set one of {', '.join(f'{path}.{key}' for key in node[last])}",
-        )
-    if isinstance(value, dict) and isinstance(node[last], dict):
-        unknown = sorted(set(value) - set(node[last]))
-        if unknown:
-            raise ConfigurationError(
-                f"unknown option '{path}.{unknown[0]}'", remedy=_suggestion(unknown[0], list(node[last]))
-            )
-        node[last].update(_plain(value))
-    else:
-        node[last] = _plain(value)
-
-
-def _admit_task(tree: Tree, path: str) -> None:
-    """Let an override of a task's option bring the task in, with its defaults."""
-    prefix = f"{TASKS_KEY}."
-    if "clik" in tree and path.startswith(prefix):
-        name = path.removeprefix(prefix).split(".")[0]
-        if name not in tree["clik"]["tasks"]:
-            tree["clik"]["tasks"] |= complete_tasks({name: {}})
-
-
-def _plain(value: Any) -> Any:
-    """Turn Hydra's quoted strings and containers into plain Python values."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return getattr(value, "text", value)
-
-
-def _suggestion(word: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=3, cutoff=0.6)
-    if close:
-        return f"did you mean {' or '.join(close)}?"[:-1]
-    if len(known) <= 40:
-        return f"choose one of {', '.join(known)}"
-    return "'graspbench config' prints every option"
-
-
-def _options_without_file() -> dict[str, tuple[str, ...]]:
-    """Return the options that are nothing but a name: indices (of plug-ins too) and catalogue objects."""
-    return {"index": INDICES.names(), "object": list_objects()}
-
-
-def _store_options_without_file(config_dir: Path | None) -> None:
-    """Let Hydra know these options, but for those that have a file: it would take them for its schema."""
-    store = ConfigStore.instance()
-    for group, names in _options_without_file().items():
-        store.repo.pop(group, None)
-        files = [
-            path.stem for root in (CONF_DIR, config_dir) if root for path in (root / group).glob("*.yaml")
-        ]
-        for name in sorted(set(names) - set(files)):
-            store.store(name, {"name": name}, group=group, provider="graspbench")

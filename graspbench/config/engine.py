@@ -13,7 +13,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from pydantic import Field, TypeAdapter, ValidationError
 
-from graspbench.config.compose import CONF_DIR
+from graspbench.config.groups import CONF_DIR
 from graspbench.errors import ConfigurationError, shown
 from graspbench.yaml_files import check_plain, read_yaml
 

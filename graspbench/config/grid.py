@@ -7,8 +7,9 @@ from typing import Any
 
 from hydra.core.override_parser.types import Glob, Override, Transformer
 
-from graspbench.config.compose import CONF_DIR, compose_tree, group_options
+from graspbench.config.compose import compose_tree
 from graspbench.config.experiments import EXPERIMENT, grids_of, keys_of, named_experiment
+from graspbench.config.groups import CONF_DIR, group_options
 from graspbench.config.overrides import parse_overrides
 from graspbench.config.schema import Primary
 from graspbench.errors import ConfigurationError

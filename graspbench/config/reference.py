@@ -10,8 +10,8 @@ import yaml
 from pydantic.fields import FieldInfo
 
 from graspbench.config.bounds import bounds_of, is_whole
-from graspbench.config.compose import CONF_DIR, group_options
 from graspbench.config.engine import EngineParameters
+from graspbench.config.groups import CONF_DIR, group_options
 from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
 from graspbench.geometry import catalogue_entry
 from graspbench.planning.index import INDICES

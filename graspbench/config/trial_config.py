@@ -12,12 +12,7 @@ import yaml
 
 from graspbench.config import cost
 from graspbench.config.bounds import MAX_SEED
-from graspbench.config.compose import (
-    Composed,
-    Tree,
-    compose_configuration,
-    set_values,
-)
+from graspbench.config.compose import Composed, compose_configuration
 from graspbench.config.grid import expand_sweep, experiment_only, experiment_overrides
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
@@ -29,6 +24,7 @@ from graspbench.config.schema import (
     validate_section,
 )
 from graspbench.config.user_files import file_digests
+from graspbench.config.values import Tree, set_values
 from graspbench.errors import ConfigurationError, shown
 from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters

@@ -7,9 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graspbench.config.compose import compose_tree, group_options
+    from graspbench.config.compose import compose_tree
     from graspbench.config.engine import EngineParameters, load_engine, split_engine
     from graspbench.config.grid import expand_sweep
+    from graspbench.config.groups import group_options
     from graspbench.config.trial_config import (
         ManipulationConfig,
         TrialConfig,
@@ -49,7 +50,7 @@ _HOMES = {
     "describe_hands": "experiment.catalogue",
     "describe_objects": "experiment.catalogue",
     "expand_sweep": "config.grid",
-    "group_options": "config.compose",
+    "group_options": "config.groups",
     "load_config": "config.trial_config",
     "load_engine": "config.engine",
     "load_manipulation_config": "config.trial_config",

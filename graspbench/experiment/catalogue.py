@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from graspbench.config.compose import group_options
+from graspbench.config.groups import group_options
 from graspbench.config.trial_config import load_config
 from graspbench.errors import GraspbenchError
 from graspbench.experiment.objects import describe_model

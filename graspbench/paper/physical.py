@@ -5,7 +5,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from graspbench.config.compose import group_options
+from graspbench.config.groups import group_options
 from graspbench.paper.paper_result import PaperResult, Say, published
 from graspbench.results.columns import results_frame
 from graspbench.results.plain import to_json

@@ -10,7 +10,6 @@ import time
 import numpy as np
 import pytest
 
-from graspbench.config.compose import flatten
 from graspbench.config.trial_config import (
     config_from_tree,
     load_any_config,
@@ -18,6 +17,7 @@ from graspbench.config.trial_config import (
     load_manipulation_config,
     manipulation_config_from_tree,
 )
+from graspbench.config.values import flatten
 from graspbench.errors import GraspbenchError
 
 COUNT = int(os.environ.get("GRASPBENCH_FUZZ", "150"))
