@@ -16,7 +16,6 @@ from graspbench.hand.chains import (
     LEADER,
     LEADER_FINGER,
     LOWER,
-    OFFSET,
     PREFERRED,
     RATIO,
     SLIDES,
@@ -25,6 +24,7 @@ from graspbench.hand.chains import (
 )
 from graspbench.hand.collision import place_hand
 from graspbench.hand.gaps import collect_hand, collect_tips, collect_world
+from graspbench.hand.placement_step import copy_matrix, is_leader, leads, move_hand, solve_step
 from graspbench.hand.shapes import Shapes
 from graspbench.hand.task import WORLD, System, Task
 
@@ -32,24 +32,6 @@ CENTRING_WEIGHT = 0.25
 SETTLED_M = 1e-8
 WRIST_SHARE = 0.01  # m^2/rad^2: a shift of the wrist by 1 cm counts as a turn by 0.1 rad
 TRIAL, PROMISING_COST = 8, 10.0  # evaluations after which a start that is not as good as that is given up
-
-
-@inner
-def _is_leader(chains: Chains, f: int, j: int) -> bool:
-    """Tell whether a joint follows no other."""
-    own: bool = chains.kinds[f, j, LEADER_FINGER] == f and chains.kinds[f, j, LEADER] == j
-    return own
-
-
-@inner
-def _leads(chains: Chains, f: int, j: int, contact_of: IntArray) -> bool:
-    """Tell whether a joint moves, by one that follows it, a finger that has a contact."""
-    for g in range(contact_of.size):
-        for m in range(chains.counts[g]):
-            led = chains.kinds[g, m, LEADER_FINGER] == f and chains.kinds[g, m, LEADER] == j
-            if contact_of[g] >= 0 and led:
-                return True
-    return False
 
 
 @inner
@@ -99,7 +81,7 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
                     system.hessian[i, j] += a * system.row[j]
     for f in range(n):
         for j in range(chains.counts[f]):
-            if not _is_leader(chains, f, j):
+            if not is_leader(chains, f, j):
                 continue
             half = 0.5 * (chains.limits[f, j, UPPER] - chains.limits[f, j, LOWER])
             pull = CENTRING_WEIGHT * (joints[f, j] - chains.limits[f, j, PREFERRED]) / half
@@ -108,74 +90,6 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
             system.hessian[i, i] += (CENTRING_WEIGHT / half) ** 2
             cost += pull * pull
     return cost
-
-
-@inner
-def _solve(system: System, damping: float) -> bool:
-    """Solve (H + damping diag) step = gradient by Cholesky, frozen entries zero; False if that fails."""
-    h, step, frozen = system.factor, system.step, system.frozen
-    size = step.size
-    for i in range(size):
-        step[i] = 0.0 if frozen[i] > 0.0 else system.best_gradient[i]
-        for j in range(i + 1):
-            h[i, j] = 0.0 if frozen[i] + frozen[j] > 0.0 else system.best_hessian[i, j]
-        h[i, i] = 1.0 if frozen[i] > 0.0 else h[i, i] + damping * (h[i, i] + 1.0)
-    for i in range(size):
-        for j in range(i + 1):
-            total = h[i, j]
-            for m in range(j):
-                total -= h[i, m] * h[j, m]
-            if i > j:
-                h[i, j] = total / h[j, j]
-            elif total > 0.0:
-                h[i, i] = math.sqrt(total)
-            else:
-                return False
-    for i in range(size):
-        for m in range(i):
-            step[i] -= h[i, m] * step[m]
-        step[i] /= h[i, i]
-    for i in range(size - 1, -1, -1):
-        for m in range(i + 1, size):
-            step[i] -= h[m, i] * step[m]
-        step[i] /= h[i, i]
-    return True
-
-
-@inner
-def _move(chains: Chains, pose: FloatArray, joints: FloatArray, step: FloatArray) -> None:
-    """Apply a step: a twist in the palm frame, and joints kept within their limits."""
-    n, k = joints.shape
-    x, y, z = step[3], step[4], step[5]
-    length = math.sqrt(x * x + y * y + z * z)
-    for i in range(3):
-        pose[i, 3] += pose[i, 0] * step[0] + pose[i, 1] * step[1] + pose[i, 2] * step[2]
-    if length > 1e-12:
-        x, y, z = x / length, y / length, z / length
-        angle = min(length, 0.5)
-        c, s = math.cos(angle), math.sin(angle)
-        u = 1.0 - c
-        for i in range(3):
-            a, b, d = pose[i, 0], pose[i, 1], pose[i, 2]
-            pose[i, 0] = a * (c + u * x * x) + b * (u * x * y + s * z) + d * (u * x * z - s * y)
-            pose[i, 1] = a * (u * x * y - s * z) + b * (c + u * y * y) + d * (u * y * z + s * x)
-            pose[i, 2] = a * (u * x * z + s * y) + b * (u * y * z - s * x) + d * (c + u * z * z)
-    for f in range(n):
-        for j in range(chains.counts[f]):
-            value = joints[f, j] + min(0.6, max(-0.6, step[6 + f * k + j]))
-            joints[f, j] = min(chains.limits[f, j, UPPER], max(chains.limits[f, j, LOWER], value))
-    for f in range(n):
-        for j in range(chains.counts[f]):
-            if not _is_leader(chains, f, j):
-                led = joints[chains.kinds[f, j, LEADER_FINGER], chains.kinds[f, j, LEADER]]
-                joints[f, j] = chains.limits[f, j, RATIO] * led + chains.limits[f, j, OFFSET]
-
-
-@inner
-def _copy(source: FloatArray, target: FloatArray) -> None:
-    for i in range(source.shape[0]):
-        for j in range(source.shape[1]):
-            target[i, j] = source[i, j]
 
 
 @compiled
@@ -221,16 +135,16 @@ def improve(
             done = cost > 0.995 * best
             damping = max(damping * 0.2, 1e-7)
             best = cost
-            _copy(pose, system.best_pose)
-            _copy(joints, system.best_joints)
+            copy_matrix(pose, system.best_pose)
+            copy_matrix(joints, system.best_joints)
             if done:
                 break
-            _copy(system.hessian, system.best_hessian)
+            copy_matrix(system.hessian, system.best_hessian)
             for f in range(n):
                 for j in range(k):
                     i = 6 + f * k + j
-                    used = j < chains.counts[f] and _is_leader(chains, f, j)
-                    used = used and (contact_of[f] >= 0 or _leads(chains, f, j, contact_of))
+                    used = j < chains.counts[f] and is_leader(chains, f, j)
+                    used = used and (contact_of[f] >= 0 or leads(chains, f, j, contact_of))
                     low = used and joints[f, j] <= chains.limits[f, j, LOWER] and system.gradient[i] < 0.0
                     high = used and joints[f, j] >= chains.limits[f, j, UPPER] and system.gradient[i] > 0.0
                     system.frozen[i] = 1.0 if not used or low or high else 0.0
@@ -240,13 +154,13 @@ def improve(
             damping *= 10.0
             if damping > 1e4:
                 break
-            _copy(system.best_pose, pose)
-            _copy(system.best_joints, joints)
-        while not _solve(system, damping):
+            copy_matrix(system.best_pose, pose)
+            copy_matrix(system.best_joints, joints)
+        while not solve_step(system, damping):
             damping *= 10.0
-        _move(chains, pose, joints, system.step)
-    _copy(system.best_pose, pose)
-    _copy(system.best_joints, joints)
+        move_hand(chains, pose, joints, system.step)
+    copy_matrix(system.best_pose, pose)
+    copy_matrix(system.best_joints, joints)
     return best
 
 
@@ -322,7 +236,7 @@ def settle(
                         system.frozen[i], blocked = 1.0, True
             if not blocked:
                 break
-        _move(chains, pose, joints, system.step)
+        move_hand(chains, pose, joints, system.step)
     return left
 
 

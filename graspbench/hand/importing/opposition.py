@@ -8,13 +8,11 @@ oppose each other best, clear of the palm, is kept.
 from dataclasses import dataclass
 from itertools import combinations
 
-import coal
 import numpy as np
-import pinocchio
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.chains import VECTOR_OFFSET, VECTOR_RATIO
-from graspbench.hand.importing.surfaces import surface_points
+from graspbench.hand.importing.palm import palm_distance, palm_frame, palm_shapes
 from graspbench.hand.model import HandModel
 from graspbench.hand.verification import overlaps
 
@@ -26,7 +24,6 @@ _BESIDE, _APART = 0.5, 2.0  # cosine between tips beyond which they count as bes
 _EDGE = 0.08
 _NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
 _ROOM_M = 0.005
-_FAR_M, _NEAR_M = 0.3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -99,7 +96,7 @@ def find_opposition(
         rest=_rest(hand, drawn, centre),
         subsets=subsets,
         centre=centre,
-        transform_palm_to_link=_palm_frame(hand, centre, tips[list(fingers)], approach),
+        transform_palm_to_link=palm_frame(hand, centre, tips[list(fingers)], approach),
         gap_m=float(np.linalg.norm(tips[list(fingers)] - centre, axis=1).mean() - hand.tip_radius_m),
         imbalance=float(np.linalg.norm(directions[list(fingers)].mean(axis=0))),
     )
@@ -181,7 +178,7 @@ def _search(
     rows = generator.integers(0, len(drawn.joints), _CENTRES)
     columns = np.arange(_CENTRES) % hand.n_fingers
     centres = drawn.tips[rows, columns] + distance * drawn.pads[rows, columns]
-    shared, palm = _shared(hand), _palm_shapes(hand)
+    shared, palm = _shared(hand), palm_shapes(hand)
     subsets = [each for size in sizes for each in combinations(range(hand.n_fingers), size)]
     lengths = np.array([len(subset) for subset in subsets])
     shares = np.array([[f in subset for f in range(hand.n_fingers)] for subset in subsets]) / lengths[:, None]
@@ -195,7 +192,7 @@ def _search(
         every = np.arange(hand.n_fingers)
         values, tips = scores[chosen, every], drawn.tips[chosen, every]
         directions = (tips - centre) / np.maximum(np.linalg.norm(tips - centre, axis=1, keepdims=True), 1e-9)
-        blocked = _PALM * max(0.0, distance + _ROOM_M - _palm_distance(hand, palm, centre)) / _DISTANCE_M
+        blocked = _PALM * max(0.0, distance + _ROOM_M - palm_distance(hand, palm, centre)) / _DISTANCE_M
         if approach is not None and centre @ approach < 0.0:
             blocked += _PALM
         imbalances = np.linalg.norm(shares @ directions, axis=1)
@@ -241,27 +238,6 @@ def _refined(
     return np.asarray(hand.lower + now * ranges)
 
 
-def _palm_shapes(hand: HandModel) -> list[tuple[coal.CollisionGeometry, coal.Transform3s]]:
-    return [
-        (item.geometry, coal.Transform3s(item.placement.rotation, item.placement.translation))
-        for item in hand.geometry.geometryObjects
-        if item.parentJoint == 0
-    ]
-
-
-def _palm_distance(
-    hand: HandModel, palm: list[tuple[coal.CollisionGeometry, coal.Transform3s]], point: FloatArray
-) -> float:
-    """Return the distance of a point in the palm frame from the palm's shapes, m; large where it has none."""
-    ball, least = coal.Sphere(1e-4), 1.0
-    root = hand.transform_palm_to_root
-    here = coal.Transform3s(np.eye(3), root[:3, :3] @ point + root[:3, 3])
-    for shape, at in palm:
-        request, result = coal.DistanceRequest(), coal.DistanceResult()
-        least = min(least, float(coal.distance(shape, at, ball, here, request, result)))
-    return least
-
-
 def _subsets(hand: HandModel, directions: FloatArray, best: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
     """Return for each number of fingers those that oppose best; the one against the others comes first."""
     found = {}
@@ -288,62 +264,3 @@ def _rest(hand: HandModel, drawn: _Drawn, centre: FloatArray) -> FloatArray:
         if not overlaps(hand, joints := _combined(hand, drawn, chosen)):
             return joints
     return _combined(hand, drawn, order[0])
-
-
-def _palm_frame(
-    hand: HandModel, centre: FloatArray, tips: FloatArray, approach: FloatArray | None
-) -> FloatArray:
-    """Return the palm frame: z across the opposing tips, away from the palm; its origin on the palm."""
-    cloud = _palm_cloud(hand)
-    bases = np.array([hand.chains.fixed[f, 0, :, 3] for f in range(hand.n_fingers)])
-    towards = centre - (
-        bases.mean(axis=0) if not len(cloud) else 0.5 * (bases.mean(axis=0) + cloud.mean(axis=0))
-    )
-    if len(tips) == 2:
-        line = (tips[1] - tips[0]) / np.linalg.norm(tips[1] - tips[0])
-        z = towards - (towards @ line) * line
-    else:
-        z = np.linalg.svd(tips - tips.mean(axis=0))[2][-1]
-        z = z if z @ towards >= 0.0 else -z
-        # Where the tips' plane stands across the palm, the way from the palm decides.
-        if z @ towards < 0.3 * np.linalg.norm(towards):
-            z = z + towards / max(float(np.linalg.norm(towards)), 1e-9)
-    if approach is not None:
-        z = approach
-    z = z / max(float(np.linalg.norm(z)), 1e-9)
-    along = cloud - centre if len(cloud) else bases - centre
-    beside = np.linalg.norm(along - np.outer(along @ z, z), axis=1)
-    near = along[beside <= max(0.03, float(beside.min()) + 1e-6)] @ z
-    front = float(near[near < 0.0].max()) if np.any(near < 0.0) else float(near.min())
-    front = -_travel(hand, centre, -z, -front)
-    x = bases.mean(axis=0) - centre
-    x = x - (x @ z) * z
-    if np.linalg.norm(x) < 5e-3:
-        x = np.eye(3)[int(np.argmin(np.abs(z)))]
-        x = x - (x @ z) * z
-    x = x / np.linalg.norm(x)
-    frame = np.eye(4)
-    frame[:3, :3] = np.column_stack((x, np.cross(z, x), z))
-    frame[:3, 3] = centre + front * z
-    return frame
-
-
-def _travel(hand: HandModel, start: FloatArray, direction: FloatArray, otherwise: float) -> float:
-    """Return how far it is from a point along a direction to the palm's shapes, or ``otherwise``."""
-    palm, way = _palm_shapes(hand), 0.0
-    while palm and way < _FAR_M:
-        gap = _palm_distance(hand, palm, start + way * direction)
-        if gap < _NEAR_M:
-            return way
-        way += gap
-    return otherwise
-
-
-def _palm_cloud(hand: HandModel) -> FloatArray:
-    root = pinocchio.SE3(hand.transform_palm_to_root).inverse()
-    clouds = []
-    for item in hand.geometry.geometryObjects:
-        if item.parentJoint == 0:
-            pose = root * item.placement
-            clouds.append(surface_points(item.geometry) @ pose.rotation.T + pose.translation)
-    return np.concatenate(clouds) if clouds else np.zeros((0, 3))
