@@ -1,7 +1,8 @@
 """The local planner: grasp and surface take shape together (thesis 3.4)."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from time import perf_counter
 from typing import Literal
 
@@ -60,7 +61,6 @@ class LocalPlan:
             grasps on the finished surface.
         followed_share: Share of its contacts that were the follower's before the surface came to rest.
         polish_mm: Mean distance of its contacts from where the follower was then, on the finished surface.
-        steps: How good the best grasp was at every step of the surface.
         rotations_tried: First grasps that were followed to a local optimum.
         rejected: Why local optima were not grasps: how often each reason came up.
         iterations: Surfaces that were planned on.
@@ -73,6 +73,7 @@ class LocalPlan:
         reconstruction_time_s: Time of the reconstruction alone.
         planning_time_s: Time of the planner alone.
         time_s: Time of both together, as waited for.
+        measure_steps: Measures what ``steps`` tells.
     """
 
     grasp: Grasp
@@ -83,7 +84,6 @@ class LocalPlan:
     found_by: FoundBy
     followed_share: float
     polish_mm: float
-    steps: tuple[StepQuality, ...]
     rotations_tried: int
     rejected: dict[str, int]
     iterations: int
@@ -96,6 +96,12 @@ class LocalPlan:
     reconstruction_time_s: float
     planning_time_s: float
     time_s: float
+    measure_steps: Callable[[], tuple[StepQuality, ...]] = field(repr=False, compare=False)
+
+    @cached_property
+    def steps(self) -> tuple[StepQuality, ...]:
+        """How good the best grasp was at every step of the surface; measured when first asked for."""
+        return self.measure_steps()
 
 
 def plan_local(
@@ -217,7 +223,6 @@ def _plan(
         found_by=found_by,
         followed_share=share,
         polish_mm=polish_mm,
-        steps=_step_qualities(list(steps), last, judge),
         rotations_tried=judge.tried,
         rejected=dict(judge.rejected),
         iterations=len(steps),
@@ -230,6 +235,7 @@ def _plan(
         reconstruction_time_s=times_s[0],
         planning_time_s=times_s[1],
         time_s=times_s[2],
+        measure_steps=partial(_step_qualities, list(steps), last, judge),
     )
 
 
