@@ -84,7 +84,7 @@ def test_same_seed_gives_the_same_result(teddy_run, cli, tmp_path):
 
 def test_bottle_with_four_fingers(cli, tmp_path):
     # The thesis' rule wants equal angles; the default moves a grasp at rest on towards equilibrium.
-    bottle = ("object=bottle", "hand=radial", "hand.fingers=4", "index.rest=single")
+    bottle = ("object=bottle", "hand=radial", "hand.fingers=4", "index.rest=single", "search.enabled=false")
     finished = cli("run", *bottle, "--json", "-o", tmp_path / "r")
     assert finished.code == 0, finished.stderr
     result = finished.document

@@ -15,7 +15,7 @@ import pytest
 
 from tests.sweep.test_signals import QUICK, _group_is_gone
 
-COUNT = min(60, int(os.environ.get("GRASPBENCH_FUZZ", "4")))
+COUNT = min(60, int(os.environ.get("GRASPBENCH_FUZZ", "2")))
 GENTLE = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 COMMAND = [
     sys.executable, "-m", "graspbench.cli", "sweep", *QUICK[:-1], "seed=range(0,500)", "--jobs", "1", "-o",
