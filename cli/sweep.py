@@ -59,8 +59,9 @@ def sweep(
         return
     new = sum(trial.state == "new" for trial in trials)
     err.print(f"{counted(len(trials), 'trial')}: {new} to run, {len(trials) - new} there already")
-    for warning in dict.fromkeys(filter(None, (trial.config.warning for trial in trials[:1]))):
-        err.print(warning)
+    for warning in dict.fromkeys(trial.config.warning for trial in trials):
+        if warning is not None:
+            err.print(warning)
     try:
         _run(trials, new, store, options)
     finally:

@@ -46,6 +46,8 @@ def _reached(thing: Any, seen: set[int]) -> Iterator[str]:
             seen.add(id(function))
             yield from _code(function.__code__, function, seen)
             yield str(sorted(getattr(thing, "targetoptions", {}).items()))
+            for annotation in function.__annotations__.values():  # the fields of tuples are read by place
+                yield from _reached(annotation, seen)
             for cell in function.__closure__ or ():
                 yield from _reached(cell.cell_contents, seen)
     elif isinstance(thing, np.ndarray):

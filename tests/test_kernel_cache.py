@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections import namedtuple
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,18 @@ def test_layouts_of_records_count():
     Two.__qualname__ = One.__qualname__
     assert fingerprint(kernel_of(one)) == fingerprint(kernel_of(one))
     assert fingerprint(kernel_of(one)) != fingerprint(kernel_of(Two))
+
+
+def test_the_order_of_a_tuples_fields_counts():
+    def kernel_of(kind):
+        def kernel(values: kind) -> float:
+            return values.first
+
+        return kernel
+
+    one, other = namedtuple("Pair", "first second"), namedtuple("Pair", "second first")
+    assert fingerprint(kernel_of(one)) == fingerprint(kernel_of(one))
+    assert fingerprint(kernel_of(one)) != fingerprint(kernel_of(other))
 
 
 def test_comments_and_docstrings_do_not_count():

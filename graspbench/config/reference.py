@@ -9,7 +9,7 @@ from typing import Any, Literal, Union
 import yaml
 from pydantic.fields import FieldInfo
 
-from graspbench.config.bounds import bounds_of, is_whole
+from graspbench.config.bounds import bounds_of, fields_of, is_whole
 from graspbench.config.engine import EngineParameters
 from graspbench.config.groups import CONF_DIR, group_options
 from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
@@ -51,22 +51,22 @@ def option_values() -> dict[str, tuple[str, ...]]:
     kinds = [(section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS)]
     kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
     kinds += [("engine", EngineParameters)]
-    found = {key: _choices(hint) for section, kind in kinds for key, hint in _hints(kind, section)}
+    found = {key: _choices(hint) for section, kind in kinds for key, _, hint, _ in _keys(kind, section)}
     return {key: values for key, values in sorted(found.items()) if values}
 
 
-def _hints(kind: type, prefix: str) -> Iterator[tuple[str, Any]]:
-    hints = typing.get_type_hints(kind, include_extras=True)
-    for field in dataclasses.fields(kind):
-        hint, _ = _unwrapped(hints[field.name])
-        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            yield from _hints(hint, f"{prefix}.{field.name}")
+def _keys(kind: Any, prefix: str) -> Iterator[tuple[str, "dataclasses.Field[Any]", Any, FieldInfo | None]]:
+    """Yield each key with its field, its type and what its field says, those of sections inside too."""
+    for field, (_, hint, info) in zip(dataclasses.fields(kind), fields_of(kind), strict=True):
+        key = f"{prefix}.{field.name}"
+        if dataclasses.is_dataclass(hint):
+            yield from _keys(hint, key)
         else:
-            yield f"{prefix}.{field.name}", hint
+            yield key, field, hint, info
 
 
 def _choices(hint: Any) -> tuple[str, ...]:
-    hint, _ = _unwrapped(hint)
+    hint = _unwrapped(hint)
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Literal:
         return tuple(str(item) for item in arguments)
@@ -108,24 +108,14 @@ def _rows(kind: type, prefix: str) -> Iterator[str]:
 
 def _described(kind: type, prefix: str) -> Iterator[tuple[str, tuple[str, str, str]]]:
     """Yield each key with its type and bounds, its meaning and its default."""
-    hints = typing.get_type_hints(kind, include_extras=True)
-    for field in dataclasses.fields(kind):
-        hint, info = _unwrapped(hints[field.name])
-        default = _default(field)
-        key = f"{prefix}.{field.name}"
-        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            yield from _described(hint, key)
-            continue
+    for key, field, hint, info in _keys(kind, prefix):
         bounds = ", ".join(str(item) for item in (*_bounds(info), *_unit_bounds(field.name, hint, info)))
         shown = f"{_type_name(hint)}{f', {bounds}' if bounds else ''}"
-        yield key, (shown, info.description if info and info.description else "", _yaml(default))
+        yield key, (shown, info.description if info and info.description else "", _yaml(_default(field)))
 
 
-def _unwrapped(hint: Any) -> tuple[Any, FieldInfo | None]:
-    if typing.get_origin(hint) is typing.Annotated:
-        inner, *extras = typing.get_args(hint)
-        return inner, next((item for item in extras if isinstance(item, FieldInfo)), None)
-    return hint, None
+def _unwrapped(hint: Any) -> Any:
+    return typing.get_args(hint)[0] if typing.get_origin(hint) is typing.Annotated else hint
 
 
 def _bounds(info: FieldInfo | None) -> Iterator[str]:
@@ -147,7 +137,7 @@ def _unit_bounds(name: str, hint: Any, info: FieldInfo | None) -> Iterator[str]:
 
 
 def _type_name(hint: Any) -> str:
-    hint, _ = _unwrapped(hint)
+    hint = _unwrapped(hint)
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Literal:
         return " or ".join(f"`{item}`" for item in arguments)

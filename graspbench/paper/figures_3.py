@@ -22,7 +22,6 @@ OBJECTS = {"teddy": 3, "bottle": 4}
 # Under the thesis' assumption, forces in the plane without friction: there the bottle is grasped level.
 _DEFAULTS = (*AS_IN_THE_THESIS, "quality=thesis")
 _TITLE = "Grasps of figure 3.11"
-_LABEL = "tab:grasps"
 _SHOWN = ("object", "fingers", "k_cm", "equilateral_error_deg", "plane_offset_mm", "area_cm2", "q3")
 
 

@@ -15,9 +15,6 @@ from graspbench.compiled import compiled, inner
 from graspbench.reconstruction.dual_net import DualNet
 from graspbench.reconstruction.hull_fields import HullFields, critical_view_near, unseen, view_slope
 
-STIFFNESS = 0.05
-"""Springs of a node against its tangent planes."""
-
 LONGEST_STEP = 0.5
 """Longest way of a node in one step, in cells."""
 

@@ -195,7 +195,7 @@ def test_the_description_that_is_written_is_the_hand(tmp_path):
     assert not {"base", "l1", "l2"} & {frame.name for frame in hand.model.frames}
 
 
-@pytest.mark.skipif(NO_MUJOCO, reason="MuJoCo reads these files")
+@pytest.mark.skipif(NO_MUJOCO, reason="no MuJoCo here (tests/system-tools installs it)")
 def test_mjcf_is_read_as_mujoco_means_it(tmp_path):
     import mujoco
     import pinocchio
@@ -226,7 +226,7 @@ def test_mjcf_is_read_as_mujoco_means_it(tmp_path):
     assert hand.effort_limits[hand.joint_names.index("f2")] == pytest.approx(1.5)
 
 
-@pytest.mark.skipif(NO_MUJOCO, reason="MuJoCo reads these files")
+@pytest.mark.skipif(NO_MUJOCO, reason="no MuJoCo here (tests/system-tools installs it)")
 @pytest.mark.parametrize(
     ("change", "said"),
     [
