@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -66,18 +66,37 @@ class PlannedTrial:
     plan: LocalPlan
 
 
+@dataclass
+class Evidence:
+    """What a trial has come to so far, for a look at one that failed on its way.
+
+    Attributes:
+        views: The images.
+        silhouettes: Their silhouettes.
+        surfaces: The reconstruction's snapshots.
+    """
+
+    views: tuple[View, ...] = ()
+    silhouettes: tuple[Silhouette, ...] = ()
+    surfaces: list[Surface] = field(default_factory=list)
+
+
 @contextmanager
-def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTrial]:
+def planned_trial(
+    config: TrialConfig, clock: StageClock, evidence: Evidence | None = None
+) -> Iterator[PlannedTrial]:
     """Take images, reconstruct and plan locally; the simulated world stays open inside the block.
 
     Args:
         config: What to run.
         clock: Times the stages.
+        evidence: Filled on the way.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: No surface or no grasp was found.
     """
+    evidence = evidence or Evidence()
     fingers = config.hand.fingers
     index = make_index(config.index_name, config.index, fingers, config.quality)
     with clock.stage("hand"):
@@ -91,10 +110,13 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         else:
             scene, views = _photograph(config, checker, clock, stack)
             name = scene.model.name
+        evidence.views = tuple(views)
         silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+        evidence.silhouettes = silhouettes
 
         def plan_while_forming() -> tuple[list[Surface], LocalPlan]:
             surfaces: list[Surface] = []
+            evidence.surfaces = surfaces
             snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
             plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
             clock.add("local_planning", plan.planning_time_s)
