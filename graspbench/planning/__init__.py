@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
+    from graspbench.planning.payload import payload_n
     from graspbench.planning.refinement import RefinedGrasp, refine
     from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
@@ -46,6 +47,7 @@ __all__ = [
     "fingertip_paths",
     "grip_geometry",
     "make_index",
+    "payload_n",
     "plan_global",
     "plan_local",
     "plan_restarted",
@@ -64,6 +66,7 @@ _HOMES = {
     "clear_approach": "approach",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
+    "payload_n": "payload",
     "plan_global": "global_search",
     "plan_local": "local",
     "plan_restarted": "local",

@@ -197,7 +197,7 @@ def _from_anew(first: Surface, last: Surface, n_f: int, judge: Judge, rotations:
     """Try first grasps on the finished surface; look closer before giving up."""
     found = restart(first, last, n_f, rotations, judge)
     found = found or restart(first, last, n_f, _CLOSER_LOOK * rotations, judge)
-    return max(found, key=lambda candidate: candidate.merit) if found else None
+    return judge.best(found) if found else None
 
 
 def _plan(

@@ -112,9 +112,7 @@ class Population:
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
-            if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
-                break  # what is left promises less than what the hand can hold already
-            if len(found) == judge.wanted:
+            if judge.enough(found, promise):
                 break
             if not spanned[rank] or not judge.closed(surface, self._grasps[rank]):
                 continue
@@ -127,7 +125,7 @@ class Population:
         judge.tried = self._started
         if not found:
             return None
-        best = max(found, key=lambda candidate: candidate.merit)
+        best = judge.best(found)
         best.follower.via[:0] = self._trails.of(names[id(best.follower)])
         return best
 
