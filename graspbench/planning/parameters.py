@@ -123,8 +123,11 @@ class PlannerParameters:
 
     mode: Annotated[
         Literal["lockstep", "concurrent"],
-        Field(description="lockstep: a surface step, then the planner's; concurrent: both at the same time"),
-    ] = "lockstep"
+        Field(
+            description="concurrent: surface and planner move at the same time, each in a thread; "
+            "lockstep: one after the other; the grasp is the same"
+        ),
+    ] = "concurrent"
     rotations: Annotated[
         int, Field(ge=1, le=360, description="Rotations of the first equilateral grasp to try in each plane")
     ] = 6
