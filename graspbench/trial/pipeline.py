@@ -12,6 +12,8 @@ from graspbench.planning import (
     GlobalResult,
     JointPath,
     LocalPlan,
+    Plan,
+    PlannerParameters,
     RefinedGrasp,
     clear_approach,
     make_index,
@@ -30,6 +32,7 @@ from graspbench.trial.outcome import (
     global_results,
     local_result,
     object_result,
+    planned_result,
     ratios,
     reconstruction_result,
     refined_results,
@@ -86,13 +89,14 @@ def run_grasp(
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
     """Plan by multi-start on the finished surface, if that is asked for."""
-    if not config.planner.restart:
+    planner = config.planner
+    if not isinstance(planner, PlannerParameters) or not planner.restart:
         return None
     fingers, quality = config.hand.fingers, config.quality
     index = make_index(config.index_name, config.index, fingers, quality)
     return clock.run(
         "restart",
-        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, planner, quality),
     )
 
 
@@ -128,7 +132,7 @@ def _plan_global(
     }
 
 
-def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+def _known(*found: Plan | LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
     return tuple(each.grasp for each in found if each is not None)
 
 
@@ -188,6 +192,7 @@ def _result(
         started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
+        planned=planned_result(config.planner_name, trial.plan),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
