@@ -1,11 +1,13 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import TrialError
 from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
@@ -38,7 +40,7 @@ from graspbench.trial.outcome import (
     refined_results,
     restarted_result,
 )
-from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, planned_trial
+from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, planned_trial
 
 
 def run_grasp(
@@ -57,7 +59,8 @@ def run_grasp(
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
-    with planned_trial(config, clock) as trial:
+    evidence = Evidence()
+    with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
         with clock.stage("record"):
             _record_plan(log, trial)
         restarted = _restart(config, trial, clock)
@@ -83,8 +86,32 @@ def run_grasp(
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib
 
             wanted = config.record
-            draw_trial(folder, config.index_name, trial, paths, for_print=wanted.print, titles=wanted.titles)
+            draw_trial(
+                folder,
+                config.index_name,
+                trial,
+                paths,
+                execution,
+                for_print=wanted.print,
+                titles=wanted.titles,
+            )
     return result
+
+
+@contextmanager
+def _pictured(
+    config: TrialConfig, evidence: Evidence, folder: Path | None, clock: StageClock
+) -> Iterator[None]:
+    """Draw what there is when a trial fails inside the block."""
+    try:
+        yield
+    except TrialError:
+        if folder is not None and config.record.pictures:
+            with clock.stage("pictures"):
+                from graspbench.trial.pictures import draw_evidence  # loads Matplotlib
+
+                draw_evidence(folder, evidence, for_print=config.record.print)
+        raise
 
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
