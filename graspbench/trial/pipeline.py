@@ -151,6 +151,7 @@ def _plan_global(
             checker=trial.checker,
             centre_tolerance_m=_centre_tolerance(config, trial, restarted),
             starts=_known(trial.plan, restarted, *refined.values()),
+            on_begin=clock.watch.follow,
         )
 
     return {
