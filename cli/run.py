@@ -1,7 +1,6 @@
 """``graspbench run``: one trial."""
 
 import csv
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,18 +38,16 @@ def run(
 
 def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
-    from graspbench.cli.printing import err, print_json, print_stage
-    from graspbench.experiment import ResultStore, run_and_store
+    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.stages import StageProgress
+    from graspbench.experiment import ResultStore, Watch, run_and_store
 
     store = ResultStore(output)
     if config.warning is not None:
         err.print(config.warning)
-    started = time.perf_counter()
-
-    def show_stage(stage: str, seconds: float) -> None:
-        print_stage(time.perf_counter() - started, stage, seconds)
-
-    result = run_and_store(config, store, on_stage=show_stage)
+    watch = Watch()
+    with StageProgress(watch) as progress:
+        result = run_and_store(config, store, on_stage=progress.ended, watch=watch)
     store.write_table()
     if as_json:
         print_json(result)

@@ -37,15 +37,15 @@ def internal_forces(
         friction times the mean normal force: 1 where all forces run along their normals. It is -1 when the
         full cones allow no balance, and the forces are then the closest to it.
     """
-    carried = np.zeros(3) if carried_n is None else carried_n / mean_normal_n
-    forces, balance = _balanced(points, normals, friction, 0.0, carried)
-    if balance > _BALANCE:
+    balance = _Balance(points, normals, friction, carried_n, mean_normal_n)
+    forces, missing = balance.forces(0.0)
+    if missing > _BALANCE:
         return mean_normal_n * forces, -1.0
     low, high = 0.0, 1.0
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        trial, balance = _balanced(points, normals, friction, middle, carried)
-        if balance <= _CLOSE_BALANCE:
+        trial, missing = balance.forces(middle)
+        if missing <= _CLOSE_BALANCE:
             low, forces = middle, trial
         else:
             high = middle
@@ -65,60 +65,82 @@ def friction_reserve(points: FloatArray, normals: FloatArray, friction: float, e
         friction: Coulomb friction coefficient, positive.
         enough: Larger shares are returned as this one, which is quick to tell.
     """
-    nothing = np.zeros(3)
-    if _balanced(points, normals, friction, enough, nothing)[1] <= _CLOSE_BALANCE:
+    balance = _Balance(points, normals, friction, None, 1.0)
+    if balance.forces(enough)[1] <= _CLOSE_BALANCE:
         return enough
-    if _balanced(points, normals, friction, 0.0, nothing)[1] > _BALANCE:
+    if balance.forces(0.0)[1] > _BALANCE:
         return -1.0
     low, high = 0.0, enough
     for _ in range(_RESERVE_BISECTIONS):
         middle = 0.5 * (low + high)
-        if _balanced(points, normals, friction, middle, nothing)[1] <= _CLOSE_BALANCE:
+        if balance.forces(middle)[1] <= _CLOSE_BALANCE:
             low = middle
         else:
             high = middle
     return low
 
 
-def _balanced(
-    points: FloatArray, normals: FloatArray, friction: float, left: float, carried: FloatArray
-) -> tuple[FloatArray, float]:
-    """Minimise the resulting wrench of forces that leave each contact some friction.
+class _Balance:
+    """The wrench that forces within friction cones leave, to be minimised for any friction left over.
 
     Args:
         points: Contacts, shape (n, 3).
         normals: Shape (n, 3).
         friction: Coulomb friction coefficient.
-        left: What each contact has left, as share of the friction times the mean normal force.
-        carried: What the forces add up to at the points' origin, in mean normal forces, shape (3,).
-
-    Returns:
-        Forces of mean normal part 1, shape (n, 3), and the wrench that is missing per total force.
+        carried_n: What the forces add up to at the points' origin, shape (3,); None for nothing.
+        mean_normal_n: Mean normal force of a contact.
     """
-    n = len(points)
-    edges = np.concatenate([cone_edges(normal, friction) for normal in normals])
-    owner = np.repeat(np.arange(n), _EDGES)
-    middle = points.mean(axis=0)
-    arms = points - middle
-    size = max(float(np.linalg.norm(arms, axis=1).max()), 1e-6)
-    wrenches = np.vstack((edges.T, np.cross(arms[owner], edges).T / size))
-    # A force in the cone shifted along its normal by `left` has so much left; the shift is there in any case.
-    shifted = left * np.concatenate((normals.sum(axis=0), np.cross(arms, normals).sum(axis=0) / size))
-    along = np.ones(len(edges))
-    # Rows: no net wrench; the normal forces' sum; and, faintly, equal shares and small tangential forces.
-    shares = np.stack([(owner == i) * along for i in range(n)])
-    wrench = np.concatenate((carried, -np.cross(middle, carried) / size))
-    system = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges)))) / n
-    wanted = np.zeros(len(system))
-    wanted[:6] = (wrench - shifted) / n
-    wanted[6] = 1.0 - left
-    weights, _ = nnls(system, wanted)
-    forces = np.stack([weights[owner == i] @ edges[owner == i] for i in range(n)]) + left * normals
-    total = float(np.einsum("ij,ij->", forces, normals))
-    missing = np.concatenate((forces.sum(axis=0), np.cross(arms, forces).sum(axis=0) / size)) - wrench
-    if not carried.any():
-        forces *= n / max(total, 1e-9)
-    return forces, float(np.linalg.norm(missing)) / max(total, 1e-9)
+
+    def __init__(
+        self,
+        points: FloatArray,
+        normals: FloatArray,
+        friction: float,
+        carried_n: FloatArray | None,
+        mean_normal_n: float,
+    ) -> None:
+        n = len(points)
+        carried = np.zeros(3) if carried_n is None else carried_n / mean_normal_n
+        edges = np.concatenate([cone_edges(normal, friction) for normal in normals])
+        owner = np.repeat(np.arange(n), _EDGES)
+        middle = points.mean(axis=0)
+        arms = points - middle
+        size = max(float(np.linalg.norm(arms, axis=1).max()), 1e-6)
+        along = np.ones(len(edges))
+        wrenches = np.vstack((edges.T, np.cross(arms[owner], edges).T / size))
+        # Rows: no net wrench; the normal forces' sum; and, faintly, equal shares and small tangential forces.
+        shares = np.stack([(owner == i) * along for i in range(n)])
+        rows = np.vstack((wrenches, along[None], 1e-2 * (shares - along / n), 1e-3 * np.eye(len(edges))))
+        self._system = rows / n
+        self._edges = edges.reshape(n, _EDGES, 3)
+        self._normals, self._arms, self._size = normals, arms, size
+        # A force in the cone shifted along its normal has so much left; the shift is there in any case.
+        self._of_shift = np.concatenate((normals.sum(axis=0), np.cross(arms, normals).sum(axis=0) / size))
+        self._wanted = np.concatenate((carried, -np.cross(middle, carried) / size))
+        self._free = not carried.any()
+
+    def forces(self, left: float) -> tuple[FloatArray, float]:
+        """Minimise the resulting wrench of forces that leave each contact some friction.
+
+        Args:
+            left: What each contact has left, as share of the friction times the mean normal force.
+
+        Returns:
+            Forces of mean normal part 1, shape (n, 3), and the wrench that is missing per total force.
+        """
+        n = len(self._normals)
+        wanted = np.zeros(len(self._system))
+        wanted[:6] = (self._wanted - left * self._of_shift) / n
+        wanted[6] = 1.0 - left
+        weights, _ = nnls(self._system, wanted)
+        shares = weights.reshape(n, _EDGES)
+        forces = np.stack([shares[i] @ self._edges[i] for i in range(n)]) + left * self._normals
+        total = float(np.einsum("ij,ij->", forces, self._normals))
+        turning = np.cross(self._arms, forces).sum(axis=0) / self._size
+        missing = np.concatenate((forces.sum(axis=0), turning)) - self._wanted
+        if self._free:
+            forces *= n / max(total, 1e-9)
+        return forces, float(np.linalg.norm(missing)) / max(total, 1e-9)
 
 
 def cone_edges(normal: FloatArray, friction: float) -> FloatArray:

@@ -130,6 +130,13 @@ class Judge:
             return max(firm, key=lambda candidate: candidate.merit)
         return max(equal, key=lambda candidate: candidate.reserve)
 
+    def best_first(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """Return grasps with the one to keep first, and the others by merit; equals as they came."""
+        if not found:
+            return []
+        best = self.best(found)
+        return sorted(found, key=lambda candidate: (candidate is not best, -candidate.merit))
+
     def _least_equal(self, found: Sequence[Candidate]) -> float:
         """Return the merit down to which grasps count as equal to the best of some."""
         top = max(candidate.merit for candidate in found)

@@ -14,6 +14,8 @@ from graspbench.planning import (
     GlobalResult,
     JointPath,
     LocalPlan,
+    Plan,
+    PlannerParameters,
     RefinedGrasp,
     clear_approach,
     make_index,
@@ -33,6 +35,7 @@ from graspbench.trial.outcome import (
     global_results,
     local_result,
     object_result,
+    planned_result,
     ratios,
     reconstruction_result,
     refined_results,
@@ -137,13 +140,14 @@ def _check_payload(config: TrialConfig, trial: PlannedTrial) -> None:
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
     """Plan by multi-start on the finished surface, if that is asked for."""
-    if not config.planner.restart:
+    planner = config.planner
+    if not isinstance(planner, PlannerParameters) or not planner.restart:
         return None
     fingers, quality = config.hand.fingers, config.quality
     index = make_index(config.index_name, config.index, fingers, quality)
     return clock.run(
         "restart",
-        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, planner, quality),
     )
 
 
@@ -171,6 +175,7 @@ def _plan_global(
             checker=trial.checker,
             centre_tolerance_m=_centre_tolerance(config, trial, restarted),
             starts=_known(trial.plan, restarted, *refined.values()),
+            on_begin=clock.watch.follow,
         )
 
     return {
@@ -179,7 +184,7 @@ def _plan_global(
     }
 
 
-def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+def _known(*found: Plan | LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
     return tuple(each.grasp for each in found if each is not None)
 
 
@@ -239,6 +244,7 @@ def _result(
         started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
+        planned=planned_result(config.planner_name, trial.plan),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,

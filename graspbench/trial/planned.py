@@ -1,4 +1,4 @@
-"""The front half of a trial: from images to a grasp by the local planner."""
+"""The front half of a trial: from images to a planned grasp."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,7 +18,14 @@ from graspbench.hand import GraspChecker, HandModel, load_hand
 from graspbench.perception import Silhouette, View
 from graspbench.perception import silhouettes as find_silhouettes
 from graspbench.perception.images import load_views
-from graspbench.planning import LocalPlan, centre_gain, make_index, plan_local
+from graspbench.planning import (
+    Plan,
+    PlanningProblem,
+    centre_gain,
+    make_index,
+    make_planner,
+    plan_with,
+)
 from graspbench.reconstruction import Surface, reconstruct
 from graspbench.trial.clock import StageClock
 
@@ -43,7 +50,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class PlannedTrial:
-    """A trial up to its local plan.
+    """A trial up to its plan.
 
     Attributes:
         name: What the object is called.
@@ -53,7 +60,7 @@ class PlannedTrial:
         views: The images.
         silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
-        plan: The local plan.
+        plan: What the planner found.
     """
 
     name: str
@@ -63,7 +70,7 @@ class PlannedTrial:
     views: tuple[View, ...]
     silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
-    plan: LocalPlan
+    plan: Plan
 
 
 @dataclass
@@ -85,7 +92,7 @@ class Evidence:
 def planned_trial(
     config: TrialConfig, clock: StageClock, evidence: Evidence | None = None
 ) -> Iterator[PlannedTrial]:
-    """Take images, reconstruct and plan locally; the simulated world stays open inside the block.
+    """Take images, reconstruct and plan; the simulated world stays open inside the block.
 
     Args:
         config: What to run.
@@ -99,6 +106,7 @@ def planned_trial(
     evidence = evidence or Evidence()
     fingers = config.hand.fingers
     index = make_index(config.index_name, config.index, fingers, config.quality)
+    planner = make_planner(config.planner_name, config.planner)
     with clock.stage("hand"):
         hand = load_hand(config.hand)
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
@@ -114,11 +122,14 @@ def planned_trial(
         silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
         evidence.silhouettes = silhouettes
 
-        def plan_while_forming() -> tuple[list[Surface], LocalPlan]:
+        def plan_while_forming() -> tuple[list[Surface], Plan]:
             surfaces: list[Surface] = []
             evidence.surfaces = surfaces
             snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
-            plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
+            problem = PlanningProblem(
+                snapshots, checker, fingers, index, config.quality, config.seed, config.planner.time_limit_s
+            )
+            plan = plan_with(planner, problem)
             clock.add("local_planning", plan.planning_time_s)
             return surfaces, plan
 
