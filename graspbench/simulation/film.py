@@ -31,8 +31,8 @@ FILM = "execution"
 """Name of the film's file, without its suffix."""
 
 _SIZE = (480, 360)
-_FRAMES_PER_S = 12.0
-_MAX_FRAMES = 120  # what lasts longer is shown faster: so the cost is bounded
+_FRAMES_PER_S = 10.0
+_MAX_FRAMES = 90  # what lasts longer is shown faster: so the cost is bounded
 _FIELD_DEG = 34.0
 _ELEVATION_DEG = 22.0
 _ROOM_M = 0.09  # around what moves: the hand's own size
