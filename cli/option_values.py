@@ -20,6 +20,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "object.repair": ("true", "false"),
     "object.scale": ("guess",),
     "object.up": ("x", "y", "z", "-x", "-y", "-z"),
+    "planner.measure": ("q1", "q2", "q3", "mirtich_canny"),
     "planner.mode": ("lockstep", "concurrent"),
     "planner.paths.filter": ("path", "causal"),
     "planner.restart": ("true", "false"),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.cli.arguments import ConfigDir, Json, Overrides, Timeout
 
 if TYPE_CHECKING:
     from graspbench.cli.live_page import LivePage
@@ -31,12 +31,12 @@ def sweep(
         bool, typer.Option("--retry-failed", help="Run trials again that failed.")
     ] = False,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first failure.")] = False,
-    timeout: Annotated[
-        float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
-    ] = None,
+    timeout: Timeout = None,
     memory: Annotated[
         float | None,
-        typer.Option(min=1, help="MB a trial may take beyond its worker's own.", show_default=False),
+        typer.Option(
+            min=1, max=100_000_000, help="MB a trial may take beyond its worker's own.", show_default=False
+        ),
     ] = None,
     live: Annotated[
         bool, typer.Option("--live", help="Write the page as results come; it loads itself again.")

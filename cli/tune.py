@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.cli.arguments import ConfigDir, Json, Overrides, Timeout
 
 if TYPE_CHECKING:
     from graspbench.sweep.tune import Axis
@@ -22,17 +22,20 @@ def tune(
         Literal["maximize", "minimize"], typer.Option(help="Whether more or less is better.")
     ] = "maximize",
     candidates: Annotated[
-        int, typer.Option("--candidates", "-n", min=1, help="Value sets to try in all.")
+        int, typer.Option("--candidates", "-n", min=1, max=100_000, help="Value sets to try in all.")
     ] = 20,
     failed: Annotated[
         float | None,
-        typer.Option(help="What a trial without the measure counts.", show_default="gives the set up"),
+        typer.Option(
+            min=-1e15,
+            max=1e15,
+            help="What a trial without the measure counts.",
+            show_default="gives the set up",
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=4_000_000_000, help="Of the search.")] = 0,
     jobs: Annotated[int | None, typer.Option(min=0, help="Trials at a time.", show_default="1")] = None,
-    timeout: Annotated[
-        float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
-    ] = None,
+    timeout: Timeout = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The results folder.")] = Path(
         "results/tune"
     ),

@@ -1,7 +1,7 @@
 """What becomes of a local optimum: a closed grasp that the hand holds, or a reason why it is none."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -231,6 +231,11 @@ class Judge:
             self._measured = surface
             self._length_m = self._quality.torque_length_m(surface.points, surface.centroid)
         return self._length_m
+
+
+def ranked(found: Sequence[Candidate]) -> list[Candidate]:
+    """Return candidates by merit, the best first; equals as they came."""
+    return sorted(found, key=lambda candidate: -candidate.merit)
 
 
 def route(follower: Follower, last: Surface) -> tuple[Grasp, tuple[Grasp, ...]]:

@@ -17,7 +17,7 @@ from graspbench.errors import PlanningError
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.climbing import all_different, climb_all, climbs_by_itself, moved_to_allowed, scores
 from graspbench.planning.initial import InitialGrasp, initial_grasps
-from graspbench.planning.judge import Candidate, Judge
+from graspbench.planning.judge import Candidate, Judge, ranked
 from graspbench.planning.progress import PlanningStep, step_of
 from graspbench.planning.settling import Follower
 from graspbench.planning.trails import Trails
@@ -103,8 +103,8 @@ class Population:
         if len(self.steps) == _EARLY + 1:
             self._early = _Early(surface, self._names, self._grasps, self._trails.legs)
 
-    def choose(self) -> Candidate | None:
-        """Return the best grasp that the hand can hold; None if it holds none."""
+    def choose(self) -> list[Candidate]:
+        """Return grasps that the hand can hold, the best first; only its way until here is told."""
         surface, judge = self._surface, self._judge
         assert surface is not None
         found: list[Candidate] = []
@@ -125,11 +125,10 @@ class Population:
         if not found:
             self._settle_anyhow(surface, [rank for rank, _ in order], found, names)
         judge.tried = self._started
-        if not found:
-            return None
-        best = max(found, key=lambda candidate: candidate.merit)
-        best.follower.via[:0] = self._trails.of(names[id(best.follower)])
-        return best
+        best_first = ranked(found)
+        for best in best_first[:1]:
+            best.follower.via[:0] = self._trails.of(names[id(best.follower)])
+        return best_first
 
     def _settle_anyhow(
         self, surface: Surface, order: list[int], found: list[Candidate], names: dict[int, int]

@@ -31,6 +31,9 @@ BARELY_M = 1e-6
 NEAR_SHARE = 0.2
 """A point this share of a cell off the border has reached it."""
 
+BYTES_PER_CELL = 16
+"""Memory of a grid: distances and slots, twice while corners are filled."""
+
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=np.int64)
 """Corners of a cell; corner c stands for bit c of a cell's signs, shape (8, 3)."""
 
@@ -73,15 +76,26 @@ def carve(fields: HullFields, low: FloatArray, high: FloatArray, side_m: float) 
         high: Upper corner, shape (3,).
         side_m: Side of a cell.
     """
-    block = side_m * BLOCK_CELLS
-    # One cell of margin on each side; a whole number of blocks.
-    blocks = np.ceil((high - low + 2.0 * side_m) / block).astype(np.int64)
-    corner = 0.5 * (low + high) - 0.5 * block * blocks
+    corner, blocks = grid_of(low, high, side_m)
     shape = blocks * BLOCK_CELLS
     values = np.full(shape + 1, np.nan, dtype=np.float32)
     seeds = np.empty((int(blocks.prod()), 3), dtype=np.int64)
     number = _approach(fields, corner, side_m, blocks, seeds)
     return _collect(fields, corner, side_m, values, seeds[:number])
+
+
+def grid_of(low: FloatArray, high: FloatArray, side_m: float) -> tuple[FloatArray, IntArray]:
+    """Return the lower corner of the grid over a box, and how many blocks it has along each axis.
+
+    Args:
+        low: Lower corner of the box, shape (3,).
+        high: Upper corner, shape (3,).
+        side_m: Side of a cell; a block has `BLOCK_CELLS` of them along each axis.
+    """
+    block = side_m * BLOCK_CELLS
+    # One cell of margin on each side; a whole number of blocks.
+    blocks = np.ceil((high - low + 2.0 * side_m) / block).astype(np.int64)
+    return 0.5 * (low + high) - 0.5 * block * blocks, blocks
 
 
 def fill(fields: HullFields, band: NarrowBand, corners: IntArray) -> NarrowBand:

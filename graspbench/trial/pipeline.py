@@ -1,17 +1,21 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import TrialError
 from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
     JointPath,
     LocalPlan,
+    Plan,
+    PlannerParameters,
     RefinedGrasp,
     clear_approach,
     make_index,
@@ -30,12 +34,13 @@ from graspbench.trial.outcome import (
     global_results,
     local_result,
     object_result,
+    planned_result,
     ratios,
     reconstruction_result,
     refined_results,
     restarted_result,
 )
-from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
 
 
 def run_grasp(
@@ -54,7 +59,8 @@ def run_grasp(
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
-    with planned_trial(config, clock) as trial:
+    evidence = Evidence()
+    with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
         with clock.stage("record"):
             _record_plan(log, trial)
         restarted = _restart(config, trial, clock)
@@ -82,19 +88,44 @@ def run_grasp(
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib
 
             wanted = config.record
-            draw_trial(folder, config.index_name, trial, paths, for_print=wanted.print, titles=wanted.titles)
+            draw_trial(
+                folder,
+                config.index_name,
+                trial,
+                paths,
+                execution,
+                for_print=wanted.print,
+                titles=wanted.titles,
+            )
     return result
+
+
+@contextmanager
+def _pictured(
+    config: TrialConfig, evidence: Evidence, folder: Path | None, clock: StageClock
+) -> Iterator[None]:
+    """Draw what there is when a trial fails inside the block."""
+    try:
+        yield
+    except TrialError:
+        if folder is not None and config.record.pictures:
+            with clock.stage("pictures"):
+                from graspbench.trial.pictures import draw_evidence  # loads Matplotlib
+
+                draw_evidence(folder, evidence, for_print=config.record.print)
+        raise
 
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
     """Plan by multi-start on the finished surface, if that is asked for."""
-    if not config.planner.restart:
+    planner = config.planner
+    if not isinstance(planner, PlannerParameters) or not planner.restart:
         return None
     fingers, quality = config.hand.fingers, config.quality
     index = make_index(config.index_name, config.index, fingers, quality)
     return clock.run(
         "restart",
-        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, planner, quality),
     )
 
 
@@ -131,7 +162,7 @@ def _plan_global(
     }
 
 
-def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+def _known(*found: Plan | LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
     return tuple(each.grasp for each in found if each is not None)
 
 
@@ -191,6 +222,7 @@ def _result(
         started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
+        planned=planned_result(config.planner_name, trial.plan),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
