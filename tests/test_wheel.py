@@ -1,6 +1,5 @@
 """The wheel holds the whole package and works from another folder."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -58,16 +57,21 @@ def test_the_wheel_runs_where_it_is_installed(unpacked, tmp_path):
     python = fresh / "bin/python"
     install = ["-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", wheel]
     subprocess.run([sys.executable, *install], check=True, capture_output=True)
-    libraries = sysconfig.get_path("purelib")
-    # Not as a folder of .pth files, of which one is this checkout.
-    environment = {**os.environ, "PYTHONPATH": libraries}
+    # The libraries of this environment, with what their .pth files add, but not this checkout.
+    libraries = Path(sysconfig.get_path("purelib"))
+    added = [str(libraries)]
+    for file in sorted(libraries.glob("*.pth")):
+        if "editable" not in file.name:
+            for line in file.read_text().splitlines():
+                added.append(line if line.startswith("import ") else str(libraries / line))
+    (site,) = fresh.glob("lib/python*/site-packages")
+    (site / "libraries.pth").write_text("\n".join(added) + "\n")
     where = [python, "-c", "import graspbench.cli.app as app; print(app.__file__)"]
-    told = subprocess.run(where, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    told = subprocess.run(where, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert told.stdout.startswith(str(fresh))
     done = subprocess.run(
         [fresh / "bin/graspbench", "config", "object=duck"],
         cwd=tmp_path,
-        env=environment,
         capture_output=True,
         text=True,
         check=False,
