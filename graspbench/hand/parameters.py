@@ -168,5 +168,7 @@ class HandParameters:
     )
     formats: Annotated[
         dict[str, FileFrame],
-        Field(description="How files of dexgraspbench, dexgraspnet or isaac state this hand (evaluate, export)"),
+        Field(
+            description="How files of dexgraspbench, dexgraspnet or isaac state this hand (evaluate, export)"
+        ),
     ] = field(default_factory=dict)
