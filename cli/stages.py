@@ -1,34 +1,13 @@
-"""How a trial tells what it is at: each stage as it ends, and the one that lasts, while it does."""
+"""What a trial is at, for whoever waits for it."""
 
 import math
-import time
 from typing import TYPE_CHECKING
 
-from graspbench.cli.printing import print_stage
-from graspbench.cli.ticker import Activity, Ticker
+from graspbench.cli.ticker import Activity
 from graspbench.compiled import is_compiling
 
 if TYPE_CHECKING:
     from graspbench.trial.clock import Watch
-
-
-class StageProgress(Ticker):
-    """Tells on stderr what a trial is at, as a context manager.
-
-    Args:
-        watch: What the trial is at.
-    """
-
-    def __init__(self, watch: "Watch") -> None:
-        super().__init__(lambda: stage_activity(watch))
-
-    def __enter__(self) -> "StageProgress":
-        super().__enter__()
-        return self
-
-    def ended(self, stage: str, seconds: float) -> None:
-        """Say that a stage has ended."""
-        print_stage(time.perf_counter() - self.started, stage, seconds)
 
 
 def stage_activity(watch: "Watch") -> Activity | None:

@@ -41,7 +41,7 @@ from graspbench.trial.outcome import (
     refined_results,
     restarted_result,
 )
-from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, planned_trial
+from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
 
 
 def run_grasp(
@@ -83,6 +83,8 @@ def run_grasp(
         if execution is not None:
             log.motion(trial.hand.joint_names, execution.motion)
         log.scores(_scores(result))
+    if folder is not None and execution is not None:
+        film(config, trial, execution.motion, folder, clock)
     if folder is not None and config.record.pictures:
         with clock.stage("pictures"):
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,7 @@ from graspbench.trial.clock import StageClock
 
 if TYPE_CHECKING:
     from graspbench.simulation import World
+    from graspbench.simulation.execution_result import Motion
 
 
 @dataclass(frozen=True)
@@ -135,6 +137,16 @@ def planned_trial(
 
         surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+
+
+def film(config: TrialConfig, trial: PlannedTrial, motion: "Motion", folder: Path, clock: StageClock) -> None:
+    """Film what was executed, if that is asked for."""
+    if trial.scene is None or not config.record.video:
+        return
+    from graspbench.simulation.film import film_execution
+
+    with clock.stage("video"):
+        film_execution(folder, trial.scene.model, config.scene, trial.hand, motion)
 
 
 def centre_tolerance_m(config: TrialConfig, planned: Iterable[Grasp]) -> float | None:
