@@ -71,7 +71,11 @@ def grids_of(options: dict[str, tuple[Any, ...]]) -> list[list[str]]:
         [f"{key}={_word(values[i % len(values)])}" for key, values in together.items()]
         for i in range(longest)
     ]
-    alone = [[f"{key}={_word(value)}"] for key in sorted(ALONE & set(options)) for value in options[key]]
+    # They say what is planned: beyond the touch the physics is that of all trials.
+    touch = ["execution.until=contact"] if "execution.until" in options else []
+    alone = [
+        [f"{key}={_word(value)}", *touch] for key in sorted(ALONE & set(options)) for value in options[key]
+    ]
     return [*grids, *alone]
 
 
