@@ -25,7 +25,9 @@ def bench(
     objects: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME,...", help="Objects of the catalogue, instead of a few; planner: also 'all'."
+            metavar="NAME,...",
+            help="Objects of the catalogue, instead of a few; reconstruction: also mesh files; planner: "
+            "also 'all'.",
         ),
     ] = None,
     random: Annotated[

@@ -9,6 +9,7 @@ from graspbench.report.columns import FOLDER, TRIAL_ID
 from graspbench.report.comparison import comparison_table
 from graspbench.report.correlations import correlation_table
 from graspbench.report.html import Pictures, write_page
+from graspbench.report.planners import planner_tables
 from graspbench.report.tables import Table
 from graspbench.results.columns import results_frame
 from graspbench.results.store import LoadedResults, load_results
@@ -31,7 +32,11 @@ def write_results_page(
     loaded = load_results(list(folders))
     trials = results_frame(loaded.results, loaded.folders)
     correlations = correlation_table(trials)
-    tables = [comparison_table(trials), *([correlations] if correlations.rows else [])]
+    tables = [
+        *planner_tables(trials),
+        comparison_table(trials),
+        *([correlations] if correlations.rows else []),
+    ]
     return write_loaded_page(folders, loaded, trials, output_dir, tables, pictures, running)
 
 

@@ -9,7 +9,7 @@ _EDGES = 16
 _BALANCE, _CLOSE_BALANCE = 0.02, 0.005
 """Wrench that may be missing, over the total force: at all, and where friction is left to give up for it."""
 
-_BISECTIONS = 8
+_BISECTIONS, _RESERVE_BISECTIONS = 8, 5
 
 
 def internal_forces(
@@ -52,6 +52,34 @@ def internal_forces(
     return mean_normal_n * forces, low
 
 
+def friction_reserve(points: FloatArray, normals: FloatArray, friction: float, enough: float = 1.0) -> float:
+    """Return the share of its friction that every contact keeps when the fingers squeeze as well as they can.
+
+    It is 1 where the normals oppose each other exactly, 0 where all friction goes into balancing the fingers,
+    and -1 where no forces balance. Contacts that keep little are lost by the weight, or by normals that are a
+    little other than they were planned.
+
+    Args:
+        points: Contacts from the object's centre, shape (n, 3), m.
+        normals: Unit normals pointing INTO the object, shape (n, 3).
+        friction: Coulomb friction coefficient, positive.
+        enough: Larger shares are returned as this one, which is quick to tell.
+    """
+    balance = _Balance(points, normals, friction, None, 1.0)
+    if balance.forces(enough)[1] <= _CLOSE_BALANCE:
+        return enough
+    if balance.forces(0.0)[1] > _BALANCE:
+        return -1.0
+    low, high = 0.0, enough
+    for _ in range(_RESERVE_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if balance.forces(middle)[1] <= _CLOSE_BALANCE:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 class _Balance:
     """The wrench that forces within friction cones leave, to be minimised for any friction left over.
 
@@ -73,7 +101,7 @@ class _Balance:
     ) -> None:
         n = len(points)
         carried = np.zeros(3) if carried_n is None else carried_n / mean_normal_n
-        edges = np.concatenate([_cone(normal, friction) for normal in normals])
+        edges = np.concatenate([cone_edges(normal, friction) for normal in normals])
         owner = np.repeat(np.arange(n), _EDGES)
         middle = points.mean(axis=0)
         arms = points - middle
@@ -115,7 +143,7 @@ class _Balance:
         return forces, float(np.linalg.norm(missing)) / max(total, 1e-9)
 
 
-def _cone(normal: FloatArray, friction: float) -> FloatArray:
+def cone_edges(normal: FloatArray, friction: float) -> FloatArray:
     """Return the edges of a friction cone with unit normal part, shape (edges, 3)."""
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)
