@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
 import graspbench.conf
 from graspbench.cli.option_values import OPTION_VALUES
@@ -74,6 +73,8 @@ def _keys(group: str) -> list[str]:
 
 
 def _leaves(group: str) -> Iterator[tuple[str, object]]:
+    import yaml  # what only prints help need not load it
+
     for path in sorted((_CONF_DIR / group).glob("*.yaml")):
         content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
         content.pop("defaults", None)  # Hydra's own, no option
