@@ -3,6 +3,9 @@
 Completion reads them here, since the schema takes too long to load while a key is held down.
 """
 
+STATISTICS = ("mean", "std", "ci", "median", "min", "max", "count")
+"""Of `graspbench report --stat`."""
+
 OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "clik.integrator": ("euler", "heun", "rk4"),
     "clik.method": ("pseudo_inverse", "transpose", "qp"),

@@ -25,7 +25,8 @@ COARSE = (
 )  # fmt: skip
 
 # Chosen by a group whose other options they need, or by what the machine has; each has tests of its own.
-ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method"}
+ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method",
+    "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by: each in a trial of its own, so that it hides no other.
 ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures"}
 # Options whose values are words that a registry or a function knows.
@@ -71,7 +72,11 @@ def grids_of(options: dict[str, tuple[Any, ...]]) -> list[list[str]]:
         [f"{key}={_word(values[i % len(values)])}" for key, values in together.items()]
         for i in range(longest)
     ]
-    alone = [[f"{key}={_word(value)}"] for key in sorted(ALONE & set(options)) for value in options[key]]
+    # They say what is planned: beyond the touch the physics is that of all trials.
+    touch = ["execution.until=contact"] if "execution.until" in options else []
+    alone = [
+        [f"{key}={_word(value)}", *touch] for key in sorted(ALONE & set(options)) for value in options[key]
+    ]
     return [*grids, *alone]
 
 

@@ -55,7 +55,7 @@ PROTOCOLS: Registry[type[GraspProtocol]] = Registry("protocol", "graspbench.eval
 
 
 def stages_of(record: GraspRecord, judgement: Judgement) -> tuple[StandPose, StandPose, StandPose]:
-    """Return the hand open, at the grasp and squeezed; palms as stated, joints as the judge completed them."""
+    """Return the hand open, at the grasp and squeezed; palms as stated, joints as the judge has them."""
     grasp, opened, squeezed = record.grasp, judgement.opened, judgement.squeezed
     assert grasp is not None, "the caller has looked"
     assert opened is not None, "the judge completes what has a hand"
