@@ -61,7 +61,7 @@ def reconstruct_hull_net(
     yield snapshot(sample_ellipsoid(around, network, parameters.pole_thinning), network)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     finest_m = parameters.cell_px * pixel_size(silhouettes, centre)
-    _check_grid(low, high, finest_m, parameters)
+    check_grid(low, high, finest_m, parameters)
     for level in range(parameters.levels):
         last = level == parameters.levels - 1
         side_m = finest_m * 2.0 ** (parameters.levels - 1 - level)
@@ -97,7 +97,18 @@ def _level(
     )
 
 
-def _check_grid(low: FloatArray, high: FloatArray, side_m: float, parameters: SurfaceParameters) -> None:
+def check_grid(low: FloatArray, high: FloatArray, side_m: float, parameters: SurfaceParameters) -> None:
+    """Refuse a grid over a box that takes too much memory.
+
+    Args:
+        low: Lower corner of the box, shape (3,).
+        high: Upper corner, shape (3,).
+        side_m: Side of a cell.
+        parameters: Whose `cell_px` is to blame.
+
+    Raises:
+        ConfigurationError: The message says which cells will do.
+    """
     _, blocks = grid_of(low, high, side_m)
     cells = float(np.prod(blocks * float(BLOCK_CELLS)))
     if cells > MAX_CELLS:
