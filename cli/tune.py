@@ -44,7 +44,8 @@ def tune(
 ) -> None:
     """Search options given as intervals: tune 'index.k_e=interval(0.1,10)' object=teddy,duck -m ratio.q1."""
     from graspbench.cli.ending import interruptible
-    from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.cli.printing import out, print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, split_engine
     from graspbench.sweep.tune import TuneOptions, run_tuning, split_axes
 
@@ -60,10 +61,11 @@ def tune(
             f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
             for key, value in candidate.items()
         ]
-        err.print("  ".join(words), markup=False)
+        saying.say("  ".join(words))
 
+    saying = Saying("the first candidate")
     try:
-        with interruptible(sweep.stop):
+        with interruptible(sweep.stop), saying:
             study = run_tuning(axes, grid, store, options, sweep, config_dir, show)
     finally:
         if any(store.root.glob("[!.]*/result.json")):

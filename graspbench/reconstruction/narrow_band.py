@@ -19,7 +19,7 @@ from graspbench.reconstruction.hull_fields import (
 SLACK = 0.75
 """Share of the distance in the images that the border is surely away: perspective stretches distances."""
 
-BLOCK_CELLS = 4
+BLOCK_CELLS = 8
 """Cells along each side of a block of the first look."""
 
 APPROACHES = 3
@@ -111,14 +111,16 @@ def _collect(
     """Follow the border from the seeds on."""
     slots = np.full(np.array(values.shape) - 1, -1, dtype=np.int32)
     cells, signs = np.empty((2048, 3), dtype=np.int64), np.empty(2048, dtype=np.int64)
-    seed = count = done = 0
+    pending = np.empty(2048, dtype=np.int64)
+    seed = count = left = 0
     while True:
-        count, done, seed = _follow(
-            fields, low, side_m, seeds, seed, values, slots, cells, signs, count, done
+        count, left, seed = _follow(
+            fields, low, side_m, seeds, seed, values, slots, cells, signs, pending, count, left
         )
-        if seed >= len(seeds) and done >= count:
+        if seed >= len(seeds) and left == 0:
             return NarrowBand(low, side_m, values, cells[:count], signs[:count], slots)
         cells, signs = np.concatenate((cells, cells)), np.concatenate((signs, signs))
+        pending = np.concatenate((pending, pending))
 
 
 @compiled
@@ -222,49 +224,56 @@ def _follow(
     slots: npt.NDArray[np.int32],
     cells: IntArray,
     signs: IntArray,
+    pending: IntArray,
     count: int,
-    done: int,
+    left: int,
 ) -> tuple[int, int, int]:
     """Collect the cells with corners on both sides, from the seeds on and from each to its neighbours.
 
-    Ends when all is done or the arrays are full.
+    The last cell found goes on first, so that cells that follow each other lie side by side: most of what the
+    views said of one holds for the next. Ends when all is done or the arrays are full.
 
     Returns:
-        Cells found, cells whose neighbours were looked at, and seeds used.
+        Cells found, cells whose neighbours are still to be looked at, and seeds used.
     """
     seen = unseen(fields)
     while True:
-        while done < count:
+        while left > 0:
             if count + 6 > len(cells):
-                return count, done, seed
+                return count, left, seed
+            left -= 1
+            here = pending[left]
             for way in range(6):
                 axis, up = way >> 1, way & 1
-                i = cells[done, 0] + (2 * up - 1) * (axis == 0)
-                j = cells[done, 1] + (2 * up - 1) * (axis == 1)
-                k = cells[done, 2] + (2 * up - 1) * (axis == 2)
+                i = cells[here, 0] + (2 * up - 1) * (axis == 0)
+                j = cells[here, 1] + (2 * up - 1) * (axis == 1)
+                k = cells[here, 2] + (2 * up - 1) * (axis == 2)
                 if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
                     continue
                 # A face between two cells whose corners are on both sides leads on to the next cell.
-                face = signs[done] & FACES[way]
+                face = signs[here] & FACES[way]
                 if face != 0 and face != FACES[way]:
                     slots[i, j, k] = count
                     cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
                     signs[count] = _look(fields, low, side, i, j, k, values, seen)
+                    pending[left] = count
+                    left += 1
                     count += 1
-            done += 1
         if seed == len(seeds):
-            return count, done, seed
+            return count, left, seed
         if count + 6 > len(cells):
-            return count, done, seed
+            return count, left, seed
         i, j, k = seeds[seed, 0], seeds[seed, 1], seeds[seed, 2]
         seed += 1
         if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
             continue
-        here = _look(fields, low, side, i, j, k, values, seen)
-        if here != 0 and here != 255:
+        found = _look(fields, low, side, i, j, k, values, seen)
+        if found != 0 and found != 255:
             slots[i, j, k] = count
             cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
-            signs[count] = here
+            signs[count] = found
+            pending[left] = count
+            left += 1
             count += 1
 
 
