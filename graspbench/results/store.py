@@ -40,6 +40,7 @@ TABLE_FILE = "trials.csv"
 # What a disk says when it takes nothing more: whatever is being done, it must stop.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 _MAX_RESULT_BYTES = 64 << 20
+_MAX_VALUES = 20_000  # each is a column of tables, or may be
 _CLAIMS_FILE = ".claims"
 
 
@@ -212,6 +213,8 @@ def read_result(path: Path) -> TrialResult:
         if path.stat().st_size > _MAX_RESULT_BYTES:
             raise ValueError(f"it has more than {_MAX_RESULT_BYTES >> 20} MB")
         values = json.loads(path.read_text(encoding="utf-8"))
+        if _values_in(values) > _MAX_VALUES:
+            raise ValueError(f"it has more than {_MAX_VALUES} values")
         return result_from_plain(migrate(values, path))
     except (OSError, ValueError, RecursionError, TypeError, AttributeError) as error:
         reason = str(error) or type(error).__name__
@@ -267,6 +270,19 @@ def _readable(path: Path, trial_id: str) -> TrialResult:
         return read_result(path)
     except LogError as error:
         return TrialResult(trial_id=trial_id, status="unreadable", reason=str(error))
+
+
+def _values_in(document: object) -> int:
+    """Return how many values and containers a JSON document has."""
+    count, waiting = 0, [document]
+    while waiting:
+        found = waiting.pop()
+        count += 1
+        if isinstance(found, dict):
+            waiting.extend(found.values())
+        elif isinstance(found, list):
+            waiting.extend(found)
+    return count
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:

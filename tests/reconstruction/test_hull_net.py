@@ -250,12 +250,14 @@ def test_views_that_are_not_looked_at_again_change_nothing(name):
     np.testing.assert_array_equal(near, every)
 
 
-@pytest.mark.parametrize(("limit", "said"), [("MAX_CELLS", "cells and .* GB"), ("MAX_NODES", "nodes")])
+@pytest.mark.parametrize(
+    ("limit", "most", "said"), [("MAX_CELLS", 4000, "cells and .* GB"), ("MAX_NODES", 800, "nodes")]
+)
 def test_cells_too_fine_for_memory_or_planner_are_refused_with_the_size_that_will_do(
-    monkeypatch, limit, said
+    monkeypatch, limit, most, said
 ):
     silhouettes = scene("torus").silhouettes
-    monkeypatch.setattr(hull_net, limit, 4000)
+    monkeypatch.setattr(hull_net, limit, most)
     with pytest.raises(ConfigurationError, match=rf"surface\.cell_px = 2 makes .*{said}") as caught:
         rest(silhouettes)
     enough = float(caught.value.remedy.split()[-1])
