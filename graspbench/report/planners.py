@@ -98,7 +98,7 @@ def _leaderboard(trials: pd.DataFrame, executed: bool, notes: Sequence[str]) -> 
             "Found: trials with a grasp that the hand holds. "
             + ("Held: of all trials, those whose object was held to the end. " if executed else "")
             + "Rates with Wilson's 95 % intervals. Q1 to Q3, pushes and diversity are means of the grasps "
-            "found, with 95 % intervals by bootstrap over objects; times are medians since the reconstruction "
+            "found, with 95 % intervals by bootstrap over objects; times are medians since reconstruction "
             "began, which is part of them. Diversity: mean distance of contacts between the grasps found in "
             "a trial.",
             *notes,
