@@ -35,6 +35,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "record.pictures": ("true", "false"),
     "record.print": ("true", "false"),
     "record.titles": ("true", "false"),
+    "record.video": ("true", "false"),
     "scene.exif_orientation": ("refuse", "honour", "ignore"),
     "scene.full_rendering": ("true", "false"),
     "scene.renderer": ("tiny", "egl", "auto"),

@@ -45,7 +45,8 @@ def paper(
     config_dir: ConfigDir = None,
 ) -> None:
     """Repeat an experiment of the thesis and set its figures beside the thesis' own; or one that it lacks."""
-    from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.cli.printing import out, print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.paper.experiments import EXPERIMENTS
     from graspbench.paper.figures_3 import figures_3
     from graspbench.paper.quality_study import quality_study
@@ -68,7 +69,8 @@ def paper(
         experiment = partial(figures_3, forces=True)
     if without is not None:
         experiment, name = partial(table_3_1_without, without=without), f"{name}-without-{without}"
-    done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
+    with Saying(name) as saying:
+        done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, saying.say)
     if as_json:
         print_json({"schema": 1, **done.document})
         return

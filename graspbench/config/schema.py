@@ -187,11 +187,17 @@ def _adapter(kind: type) -> TypeAdapter[Any]:
 
 
 def _defaults(kind: type) -> Tree:
-    return {key: _plain(value) for key, value in dataclasses.asdict(kind()).items()}
+    """Return a section's defaults, in containers of the caller's own."""
+    return {key: _plain(value) for key, value in _known_defaults(kind).items()}
+
+
+@cache
+def _known_defaults(kind: type) -> Tree:
+    return dataclasses.asdict(kind())
 
 
 def _plain(value: Any) -> Any:
-    """Turn tuples into lists, as YAML has them."""
+    """Turn tuples into lists, as YAML has them; a copy."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -88,6 +88,8 @@ class TrialConfig:
     def trial_id(self) -> str:
         """Ten hexadecimal digits of a hash of what defines the trial, user files by their content."""
         identity = {key: value for key, value in self.tree.items() if key not in _NOT_IDENTITY}
+        # How files are read and written defines no trial either.
+        identity["hand"] = {key: value for key, value in self.tree["hand"].items() if key != "formats"}
         identity["files"] = file_digests(self.object, self.scene, self.hand)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
+    from graspbench.planning.payload import payload_n
     from graspbench.planning.planner import (
         PLANNERS,
         FoundGrasp,
@@ -63,6 +64,7 @@ __all__ = [
     "grip_geometry",
     "make_index",
     "make_planner",
+    "payload_n",
     "placed_grasp",
     "plan_global",
     "plan_local",
@@ -88,6 +90,7 @@ _HOMES = {
     "clear_approach": "approach",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
+    "payload_n": "payload",
     "make_planner": "planner",
     "placed_grasp": "planner",
     "plan_global": "global_search",

@@ -15,7 +15,7 @@ from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
 from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
-from graspbench.planning.judge import Candidate, Judge, grasp_at, ranked, route
+from graspbench.planning.judge import Candidate, Judge, grasp_at, route
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.population import Population
 from graspbench.planning.progress import PlanningStep, formed_shares
@@ -198,7 +198,8 @@ def plan_restarted(
 def _from_anew(first: Surface, last: Surface, n_f: int, judge: Judge, rotations: int) -> list[Candidate]:
     """Try first grasps on the finished surface, the best one first; look closer before giving up."""
     found = restart(first, last, n_f, rotations, judge)
-    return ranked(found or restart(first, last, n_f, _CLOSER_LOOK * rotations, judge))
+    found = found or restart(first, last, n_f, _CLOSER_LOOK * rotations, judge)
+    return judge.best_first(found)
 
 
 def _plan(

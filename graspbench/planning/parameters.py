@@ -96,6 +96,23 @@ class RefineParameters:
 class RobustParameters:
     """Choice of the grasp that forgives errors most, among the index's best."""
 
+    reserve: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=1,
+            description="select=index: share of its friction that each contact shall keep when the fingers "
+            "squeeze. Of grasps that the index thinks equal the best that keeps it is taken, else the one "
+            "that keeps most; 0: the index alone decides",
+        ),
+    ] = 0.45
+    tolerance: Annotated[
+        float,
+        Field(ge=0, le=1, description="Share of the best grasp's index up to which others count as equal"),
+    ] = 0.1
+    equals: Annotated[
+        int, Field(ge=1, le=1000, description="Equal grasps, the hand included, that are looked at most")
+    ] = 12
     among: Annotated[
         int,
         Field(
@@ -147,8 +164,11 @@ class PlannerParameters(AnyPlannerParameters):
 
     mode: Annotated[
         Literal["lockstep", "concurrent"],
-        Field(description="lockstep: a surface step, then the planner's; concurrent: both at the same time"),
-    ] = "lockstep"
+        Field(
+            description="concurrent: surface and planner move at the same time, each in a thread; "
+            "lockstep: one after the other; the grasp is the same"
+        ),
+    ] = "concurrent"
     rotations: Annotated[
         int, Field(ge=1, le=360, description="Rotations of the first equilateral grasp to try in each plane")
     ] = 6

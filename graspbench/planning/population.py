@@ -17,7 +17,7 @@ from graspbench.errors import PlanningError
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.climbing import all_different, climb_all, climbs_by_itself, moved_to_allowed, scores
 from graspbench.planning.initial import InitialGrasp, initial_grasps
-from graspbench.planning.judge import Candidate, Judge, ranked
+from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.progress import PlanningStep, step_of
 from graspbench.planning.settling import Follower
 from graspbench.planning.trails import Trails
@@ -112,9 +112,7 @@ class Population:
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
-            if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
-                break  # what is left promises less than what the hand can hold already
-            if len(found) == judge.wanted:
+            if judge.enough(found, promise):
                 break
             if not spanned[rank] or not judge.closed(surface, self._grasps[rank]):
                 continue
@@ -125,7 +123,7 @@ class Population:
         if not found:
             self._settle_anyhow(surface, [rank for rank, _ in order], found, names)
         judge.tried = self._started
-        best_first = ranked(found)
+        best_first = judge.best_first(found)
         for best in best_first[:1]:
             best.follower.via[:0] = self._trails.of(names[id(best.follower)])
         return best_first

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,7 @@ from graspbench.trial.clock import StageClock
 
 if TYPE_CHECKING:
     from graspbench.simulation import World
+    from graspbench.simulation.execution_result import Motion
 
 
 @dataclass(frozen=True)
@@ -73,18 +75,37 @@ class PlannedTrial:
     plan: Plan
 
 
+@dataclass
+class Evidence:
+    """What a trial has come to so far, for a look at one that failed on its way.
+
+    Attributes:
+        views: The images.
+        silhouettes: Their silhouettes.
+        surfaces: The reconstruction's snapshots.
+    """
+
+    views: tuple[View, ...] = ()
+    silhouettes: tuple[Silhouette, ...] = ()
+    surfaces: list[Surface] = field(default_factory=list)
+
+
 @contextmanager
-def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTrial]:
+def planned_trial(
+    config: TrialConfig, clock: StageClock, evidence: Evidence | None = None
+) -> Iterator[PlannedTrial]:
     """Take images, reconstruct and plan; the simulated world stays open inside the block.
 
     Args:
         config: What to run.
         clock: Times the stages.
+        evidence: Filled on the way.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: No surface or no grasp was found.
     """
+    evidence = evidence or Evidence()
     fingers = config.hand.fingers
     index = make_index(config.index_name, config.index, fingers, config.quality)
     planner = make_planner(config.planner_name, config.planner)
@@ -99,10 +120,13 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         else:
             scene, views = _photograph(config, checker, clock, stack)
             name = scene.model.name
+        evidence.views = tuple(views)
         silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+        evidence.silhouettes = silhouettes
 
         def plan_while_forming() -> tuple[list[Surface], Plan]:
             surfaces: list[Surface] = []
+            evidence.surfaces = surfaces
             snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
             problem = PlanningProblem(
                 snapshots, checker, fingers, index, config.quality, config.seed, config.planner.time_limit_s
@@ -113,6 +137,16 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
 
         surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+
+
+def film(config: TrialConfig, trial: PlannedTrial, motion: "Motion", folder: Path, clock: StageClock) -> None:
+    """Film what was executed, if that is asked for."""
+    if trial.scene is None or not config.record.video:
+        return
+    from graspbench.simulation.film import film_execution
+
+    with clock.stage("video"):
+        film_execution(folder, trial.scene.model, config.scene, trial.hand, motion)
 
 
 def centre_tolerance_m(config: TrialConfig, planned: Iterable[Grasp]) -> float | None:
