@@ -18,7 +18,7 @@ from graspbench.results.physical_results import ManipulationSummary, PlayedResul
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
-from graspbench.trial.outcome import local_result, object_result, phase_results
+from graspbench.trial.outcome import local_result, object_result, phase_results, planned_result
 from graspbench.trial.planned import PlannedTrial, film, planned_trial
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ def run_in_hand(
             reason=reason,
             success=reason is None,
             object=object_result(trial),
+            planned=planned_result(config.planner_name, trial.plan),
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             in_hand=None if played is None else _played_result(played),
