@@ -15,7 +15,7 @@ class JsonLines:
     """One JSON object a line, as docs/evaluate.md describes it."""
 
     description = "ours: one JSON object a line"
-    suffixes = (".jsonl",)
+    suffixes: tuple[str, ...] = (".jsonl",)
 
     def recognises(self, path: Path) -> bool:
         """Take every file with the suffix."""
