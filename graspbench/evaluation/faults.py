@@ -45,6 +45,7 @@ _FINE_M = 0.003
 _OUTSIDE_RAD = 0.02
 _MAX_OUTSIDE = 0.02
 _SHARE = 0.5
+_FAR_SHARE = 0.1
 _MAX_BLOCKS = 5
 
 
@@ -76,7 +77,8 @@ class _Evidence:
 
     def beats(self, other: "_Evidence") -> bool:
         """Tell whether this reading is so much better that the other was not meant."""
-        nearer = self.off_m < _SHARE * other.off_m and self.outside <= other.outside + 1e-9
+        near = self.off_m <= max(_FINE_M, _FAR_SHARE * other.off_m)
+        nearer = near and self.off_m < _SHARE * other.off_m and self.outside <= other.outside + 1e-9
         rightful = self.outside <= _MAX_OUTSIDE < other.outside and self.off_m <= 1.1 * other.off_m
         return nearer or rightful
 

@@ -12,7 +12,7 @@ from graspbench.results.store import write_atomically
 
 
 class JsonLines:
-    """One JSON object a line, as docs/evaluate.md describes it."""
+    """One JSON object a line, as docs/how-to/evaluate.md describes it."""
 
     description = "ours: one JSON object a line"
     suffixes: tuple[str, ...] = (".jsonl",)
