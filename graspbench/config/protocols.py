@@ -70,7 +70,9 @@ def load_evaluation(overrides: Sequence[str] = (), config_dir: Path | None = Non
         chosen = list(PROTOCOLS.names())
     elif chosen == [NONE]:
         chosen = []
-    sections = {name: validated(kind, _of_section(values, name), name) for name, kind in SECTIONS.items()}
+    sections: dict[str, Any] = {
+        name: validated(kind, _of_section(values, name), name) for name, kind in SECTIONS.items()
+    }
     given = _of_section(values, GROUP)
     protocols = {name: _protocol(name.strip(), given, config_dir) for name in chosen}
     _check_used(given, protocols)

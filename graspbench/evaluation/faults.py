@@ -180,14 +180,17 @@ class _Gauge:
             yield _Evidence(self._off_m(records, tips), outside)
 
     def _off_m(self, records: Sequence[GraspRecord], tips: FloatArray) -> float:
-        """Return the median over grasps of the median over fingers, tips of shape (n, n_f, 3), palm frame."""
+        """Return how far tips are off, palm frame, shape (n, n_f, 3): the median over grasps.
+
+        Of each grasp it is the upper quartile over fingers: one of several may be meant to stay away.
+        """
         palms = np.stack([_grasp(record).transform_palm_to_object for record in records])
         # The gauge is of one size; grasps of other sizes are brought to it.
         sizes = np.array([self._scale / record.object_scale for record in records])[:, None]
         centres = np.einsum("nij,nfj->nfi", palms[:, :3, :3], tips) + palms[:, None, :3, 3]
         distances, _ = self._tree.query(centres * sizes[..., None])
         off = np.abs(distances / sizes - self._hand.tip_radius_m)
-        return float(np.median(np.median(off, axis=1)))
+        return float(np.median(np.quantile(off, 0.75, axis=1)))
 
 
 def _grasp(record: GraspRecord) -> HandPose:

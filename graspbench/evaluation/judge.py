@@ -152,7 +152,7 @@ class Judge:
         values = [dict.fromkeys(self.measures, np.nan) for _ in contacts]
         counts = np.array([len(each.points) for each in contacts])
         for count in np.unique(counts[counts >= 2]):
-            which = np.flatnonzero(counts == count)
+            which = np.flatnonzero(counts == count).tolist()
             measured = evaluate_measures(
                 self.measures,
                 np.stack([contacts[i].points for i in which]),

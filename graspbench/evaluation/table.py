@@ -1,6 +1,7 @@
 """Outcomes of protocols, and how they agree: success by protocol, and ranks between protocols."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -26,13 +27,14 @@ def bootstrap_interval(values: FloatArray, seed: int = 0, confidence: float = 0.
     return float(low), float(high)
 
 
-def kendall_between(values: Mapping[str, FloatArray]) -> list[dict[str, float | str | int]]:
+def kendall_between(values: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
     """Return Kendall's tau-b between each two columns of values of the same grasps, in rows.
 
     Args:
         values: A column a protocol, shape (n,) each; nan where there is none.
     """
-    names, rows = list(values), []
+    names = list(values)
+    rows: list[dict[str, Any]] = []
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
             both = np.isfinite(values[first]) & np.isfinite(values[second])

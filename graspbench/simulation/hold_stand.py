@@ -172,8 +172,8 @@ class HoldStand:
         """
         self._set_object(mass_kg, friction)
         at_grasp = stages[len(stages) // 2].transform_palm_to_object
-        object_to_stand: FloatArray = np.linalg.inv(at_grasp)
-        placed: FloatArray = object_to_stand if transform_error is None else object_to_stand @ transform_error
+        object_to_stand = np.asarray(np.linalg.inv(at_grasp), dtype=np.float64)
+        placed = object_to_stand if transform_error is None else object_to_stand @ transform_error
         palms = [object_to_stand @ stage.transform_palm_to_object for stage in stages]
         weight = np.zeros(3)
         self._put_table(placed, up)
