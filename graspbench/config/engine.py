@@ -3,6 +3,7 @@
 An engine decides nothing about a result, so it is no part of a trial's configuration or identity.
 """
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from graspbench.config.side_group import option_content, parsed_value, validated
+from graspbench.errors import ConfigurationError
 
 GROUP = "engine"
+MAX_JOBS_PER_CORE = 4
 
 
 @dataclass(frozen=True)
@@ -23,10 +26,14 @@ class EngineParameters:
         Literal["local", "inline", "slurm"],
         Field(description="local: worker processes here; inline: this process; slurm: jobs of a cluster"),
     ] = "local"
-    jobs: Annotated[int, Field(ge=1, description="Trials at a time (local), jobs at a time (slurm)")] = 1
-    trials_per_job: Annotated[int, Field(ge=1, description="Trials that one slurm job runs in turn")] = 10
+    jobs: Annotated[
+        int, Field(ge=1, le=10_000, description="Trials at a time (local), jobs at a time (slurm)")
+    ] = 1
+    trials_per_job: Annotated[
+        int, Field(ge=1, le=20_000, description="Trials that one slurm job runs in turn")
+    ] = 10
     resubmissions: Annotated[
-        int, Field(ge=0, description="How often the trials of a lost slurm job are submitted again")
+        int, Field(ge=0, le=1000, description="How often the trials of a lost slurm job are submitted again")
     ] = 2
     cluster: Annotated[
         Literal["slurm", "local"],
@@ -36,9 +43,11 @@ class EngineParameters:
         str | None,
         Field(pattern=r"^[\w.,+-]+$", description="SLURM partition; null: the default one"),
     ] = None
-    minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
-    cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
-    memory_gb: Annotated[float | None, Field(gt=0, description="Memory of a slurm job; null: default")] = None
+    minutes: Annotated[int, Field(ge=1, le=525_600, description="Wall time of a slurm job, min")] = 120
+    cpus: Annotated[int, Field(ge=1, le=10_000, description="CPUs of a slurm job")] = 1
+    memory_gb: Annotated[
+        float | None, Field(ge=0.1, le=100_000, description="Memory of a slurm job; null: default")
+    ] = None
     silence_s: Annotated[
         float,
         Field(
@@ -81,4 +90,10 @@ def load_engine(
     elif jobs is not None:
         values["jobs"] = jobs
     content = {**option_content(GROUP, choice, config_dir), **values}
-    return validated(EngineParameters, content, GROUP)
+    engine = validated(EngineParameters, content, GROUP)
+    most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
+    if engine.name == "local" and engine.jobs > most:
+        raise ConfigurationError(
+            f"{engine.jobs} trials at a time are too many for this machine", remedy=f"give at most {most}"
+        )
+    return engine

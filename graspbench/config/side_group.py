@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
 from pydantic import TypeAdapter, ValidationError
 
 from graspbench.config.groups import CONF_DIR
+from graspbench.config.overrides import parse_override
 from graspbench.errors import ConfigurationError, shown
 from graspbench.yaml_files import check_plain, read_yaml
 
@@ -22,10 +21,7 @@ def parsed_value(text: str, group: str) -> tuple[str, Any]:
     Raises:
         ConfigurationError: It is none, or stands for several values.
     """
-    try:
-        override = OverridesParser.create().parse_override(text)
-    except HydraException as error:
-        raise ConfigurationError(f"the override '{text}' cannot be read", remedy="write key=value") from error
+    override = parse_override(text)
     if override.is_sweep_override() or override.is_delete():
         raise ConfigurationError(f"'{text}' is no single value", remedy=f"give one {group}")
     value = override.value()
