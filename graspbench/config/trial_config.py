@@ -86,7 +86,8 @@ class TrialConfig:
     def trial_id(self) -> str:
         """Ten hexadecimal digits of a hash of what defines the trial, user files by their content."""
         identity = {key: value for key, value in self.tree.items() if key not in _NOT_IDENTITY}
-        identity["files"] = file_digests(self.object, self.scene, self.hand)
+        tasks = self.tree["clik"]["tasks"] if "clik" in self.tree else {}
+        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 

@@ -87,6 +87,12 @@ class ExecutionParameters:
     push_slip_m: Annotated[float, Field(gt=0, description="Net sliding at a contact that ends a push, m")] = (
         0.002
     )
+    twist_limit_nm: Annotated[
+        float, Field(ge=0, description="Largest torque tried after the pushes, N m; 0: none are")
+    ] = 0.0
+    twist_slip_deg: Annotated[
+        float, Field(gt=0, description="Turn of the object in the hand that ends a torque, deg")
+    ] = 10.0
     shake_amplitude_m: Annotated[
         float, Field(gt=0, description="Amplitude of the wrist's shakes along x, y and z, m")
     ] = 0.02

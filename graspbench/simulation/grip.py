@@ -92,34 +92,69 @@ class Grip:
 
         Afterwards everything is as before.
         """
+        p, body = self._stage.parameters, self._stage.world.object_model
+        weight_n = body.mass_kg * self._stage.world.scene.gravity
+
+        def apply(share: float) -> None:
+            pybullet.applyExternalForce(
+                self._stage.world.object_id,
+                -1,
+                (share * p.push_limit * weight_n * direction).tolist(),
+                self._stage.world.object_pose()[:3, 3].tolist(),
+                pybullet.WORLD_FRAME,
+                physicsClientId=self._stage.world.client,
+            )
+
+        return p.push_limit * self._resisted(apply, lambda slip_m, _: slip_m > p.push_slip_m)
+
+    def twist(self, axis: FloatArray) -> float:
+        """Turn the object harder and harder about an axis till it gives way; return the torque resisted, N m.
+
+        Afterwards everything is as before.
+        """
+        p = self._stage.parameters
+
+        def apply(share: float) -> None:
+            pybullet.applyExternalTorque(
+                self._stage.world.object_id,
+                -1,
+                (share * p.twist_limit_nm * axis).tolist(),
+                pybullet.WORLD_FRAME,
+                physicsClientId=self._stage.world.client,
+            )
+
+        return p.twist_limit_nm * self._resisted(
+            apply, lambda slip_m, turned_deg: slip_m > p.push_slip_m or turned_deg > p.twist_slip_deg
+        )
+
+    def _resisted(self, apply: Callable[[float], None], gives_way: Callable[[float, float], bool]) -> float:
+        """Return the share of a growing disturbance that is resisted; afterwards everything is as before.
+
+        Args:
+            apply: Applies a share of the disturbance, 0 to 1, for the next step.
+            gives_way: Whether the largest sliding at a contact, m, and the object's turn, deg, are too much.
+        """
         stage, p = self._stage, self._stage.parameters
-        client, body = stage.world.client, stage.world.object_model
+        client = stage.world.client
         saved = pybullet.saveState(physicsClientId=client)
         before, slip = self.object_in_palm(), SlipMeter(stage, self._fingers)
         slip.look()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
         for k in range(1, steps + 1):
-            push = p.push_limit * k / steps
-            pybullet.applyExternalForce(
-                stage.world.object_id,
-                -1,
-                (push * body.mass_kg * stage.world.scene.gravity * direction).tolist(),
-                stage.world.object_pose()[:3, 3].tolist(),
-                pybullet.WORLD_FRAME,
-                physicsClientId=client,
-            )
+            apply(k / steps)
             self.control.drive(self.palm, 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
-                drift = np.linalg.norm(self.object_in_palm()[:3, 3] - before[:3, 3])
-                if slip.slip_m > p.push_slip_m or drift > p.slip_limit_m:
+                now = self.object_in_palm()
+                drift = np.linalg.norm(now[:3, 3] - before[:3, 3])
+                if gives_way(slip.slip_m, turn_deg(before, now)) or drift > p.slip_limit_m:
                     break
-                resisted = push
+                resisted = k / steps
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
-        return float(resisted)
+        return resisted
 
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))
