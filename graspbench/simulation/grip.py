@@ -11,6 +11,7 @@ from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.phases import Phase, smooth
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.slip import SlipMeter
+from graspbench.simulation.slip_response import SlipResponse
 from graspbench.simulation.stage import Stage, turn_deg
 
 _LOOK_S = 0.02
@@ -35,6 +36,7 @@ class Grip:
         self._stage, self._fingers = stage, fingers
         self.control = ForceControl(stage, fingers, touches)
         self._slip = SlipMeter(stage, fingers)
+        self._response = self._new_response()
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
@@ -74,6 +76,7 @@ class Grip:
             centres[k + 1] = (self.palm @ centre)[:3]
             if k % self._look == 0:
                 self._slip.look()
+                self._response.feel(self._slip.slip_m)
         return self._judge(phase.name, self._largest_load(centres), lifted=True)
 
     def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
@@ -85,6 +88,7 @@ class Grip:
             self._stage.step()
             if k % self._look == 0:
                 self._slip.look()
+                self._response.feel(self._slip.slip_m)
         return self._judge(name, 1.0, lifted=True)
 
     def push(self, direction: FloatArray) -> float:
@@ -139,6 +143,7 @@ class Grip:
         saved = pybullet.saveState(physicsClientId=client)
         before, slip = self.object_in_palm(), SlipMeter(stage, self._fingers)
         slip.look()
+        firmness_n, response = self.control.mean_force_n, self._new_response()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
         for k in range(1, steps + 1):
@@ -147,6 +152,7 @@ class Grip:
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
+                response.feel(slip.slip_m)
                 now = self.object_in_palm()
                 drift = np.linalg.norm(now[:3, 3] - before[:3, 3])
                 if gives_way(slip.slip_m, turn_deg(before, now)) or drift > p.slip_limit_m:
@@ -154,7 +160,14 @@ class Grip:
                 resisted = k / steps
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
+        if self.control.mean_force_n != firmness_n:
+            self.control.mean_force_n = firmness_n
+            self.control.distribute()
         return resisted
+
+    def _new_response(self) -> SlipResponse:
+        p = self._stage.parameters
+        return SlipResponse(self.control, p.slip_response, p.slip_force_limit_n)
 
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))

@@ -72,13 +72,13 @@ def test_fingers_torsion_follows_the_force_that_is_felt(hand):  # noqa: F811
         approach = Approach(stage, grasp, grasp.posture.fingers)
         approach.follow(path)
         approach.close()
-        grip = Grip(stage, grasp.posture.fingers, [approach.touch[f] for f in range(3)])
+        grip = Grip(stage, grasp.posture.fingers, [approach.touch[f] for f in grasp.posture.fingers])
         assert grip.squeeze()
         grip.move(stage.phases().carrying[0])
         touches = stage.hand.touches(0.05)
         for finger, touch in enumerate(touches):
             link = stage.hand._tip_ids[finger]
-            spin = pybullet.getDynamicsInfo(stage.hand.body, link, physicsClientId=world.client)[8]
+            spin = pybullet.getDynamicsInfo(stage.hand.body, link, physicsClientId=world.client)[7]
             own = friction.coulomb / model.friction
             torsion_m = spin * model.friction + SPINNING_FRICTION_M * own
             assert touch.force_n > 0.5
