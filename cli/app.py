@@ -25,7 +25,7 @@ from graspbench.cli import (
 )
 from graspbench.cli.completion import use_own_bash_script
 from graspbench.cli.foreign import refuse_hydras_options
-from graspbench.errors import GraspbenchError
+from graspbench.errors import GraspbenchError, OutputError
 
 use_own_bash_script()
 app = typer.Typer(
@@ -72,8 +72,10 @@ def options(
 
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
-    _open_streams()
+    printable = _open_streams()
     try:
+        if not printable:
+            raise OutputError("the standard output is closed", remedy="send it to a file, or to /dev/null")
         try:
             refuse_hydras_options(sys.argv[1:])
             app()
@@ -93,21 +95,27 @@ def main() -> None:
         sys.exit(2)
 
 
-def _open_streams() -> None:
+def _open_streams() -> bool:
     """Make sure that the standard streams are there, and that they take any character.
 
     A closed one would give its number to the next file that is opened, which would then be printed into.
+
+    Returns:
+        Whether the standard output was open: what is printed would be lost otherwise.
     """
+    printable = True
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
+            printable = printable and name != "stdout"
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
             if getattr(sys, name) is None:
                 setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    return printable
 
 
 def _flush() -> None:

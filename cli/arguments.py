@@ -90,4 +90,9 @@ ConfigDir = Annotated[
     ),
 ]
 
+Timeout = Annotated[
+    float | None,
+    typer.Option(min=0.1, max=2_592_000, help="Seconds a trial may take.", show_default=False),
+]
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")]

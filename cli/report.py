@@ -42,7 +42,7 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write tables and a page of one or more results folders: the local-against-global table first."""
+    """Write tables and a page of results folders: a leaderboard of planners, local against global."""
     from graspbench.cli.printing import out, print_json, print_table
     from graspbench.report.statistics import check_statistics
     from graspbench.report.tables import to_json_rows
@@ -82,13 +82,14 @@ def _report(
     from graspbench.report import comparison_table, write_tables
     from graspbench.report.correlations import correlation_table
     from graspbench.report.groups import group_table
+    from graspbench.report.planners import planner_tables
     from graspbench.results.columns import parquet_bytes
     from graspbench.results.store import write_atomically
 
     loaded = load_results(folders)
     frame = results_frame(loaded.results, loaded.folders)
     group, stat, value = grouping
-    shown = [comparison_table(frame)]
+    shown = [*planner_tables(frame), comparison_table(frame)]
     if group:
         shown.append(group_table(frame, group, stat, value))
     correlations = correlation_table(frame)

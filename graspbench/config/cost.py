@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from graspbench.errors import ConfigurationError
+from graspbench.reconstruction.parameters import MAX_NODES
 
 MAX_MEMORY_GB = 4.0
 MAX_SECONDS = 3600.0
 SOON_SECONDS = 120.0
-MAX_NODES = 100_000
 
 # Rendering a sample of an image, reading a pixel of a view, a step of physics, of the inverse kinematics, a
 # sample of the fingertips' paths, a node of the surface with all that is planned on it.

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from graspbench.results.store import LoadedResults, ResultStore, load_results
     from graspbench.results.trial_result import TrialResult
     from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
+    from graspbench.trial.clock import Watch
     from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
@@ -41,6 +42,7 @@ _HOMES = {
     "SweepTrial": "sweep.grid",
     "TrialConfig": "config.trial_config",
     "TrialResult": "results.trial_result",
+    "Watch": "trial.clock",
     "add_hand": "experiment.hands",
     "check_hand": "experiment.hand_check",
     "check_object": "experiment.objects",
@@ -79,6 +81,7 @@ __all__ = [
     "SweepTrial",
     "TrialConfig",
     "TrialResult",
+    "Watch",
     "add_hand",
     "check_hand",
     "check_object",

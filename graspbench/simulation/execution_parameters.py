@@ -54,6 +54,14 @@ class ExecutionParameters:
             gt=0, description="Normal forces add up to this many times what carries the weight by friction"
         ),
     ] = 4.0
+    payload_safety: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="Objects are not lifted whose weight times this is more than joints and friction can "
+            "carry with the planned grasp at best; 0: all are tried",
+        ),
+    ] = 2.0
     steady_share: Annotated[
         float,
         Field(

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.internal_forces import internal_forces
+from graspbench.grasp.internal_forces import internal_forces
 from graspbench.simulation.pad_friction import PadFriction
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage

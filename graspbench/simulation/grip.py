@@ -35,7 +35,7 @@ class Grip:
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         self._stage, self._fingers = stage, fingers
         self.control = ForceControl(stage, fingers, touches)
-        self._slip = SlipMeter(stage, fingers)
+        self._slip = SlipMeter(stage.hand, fingers, stage.parameters.contact_force_n)
         self._response = self._new_response()
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
@@ -141,7 +141,7 @@ class Grip:
         stage, p = self._stage, self._stage.parameters
         client = stage.world.client
         saved = pybullet.saveState(physicsClientId=client)
-        before, slip = self.object_in_palm(), SlipMeter(stage, self._fingers)
+        before, slip = self.object_in_palm(), SlipMeter(stage.hand, self._fingers, p.contact_force_n)
         slip.look()
         firmness_n, response = self.control.mean_force_n, self._new_response()
         steps = self._steps(p.push_time_s)

@@ -19,7 +19,7 @@ from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
 from graspbench.trial.outcome import local_result, object_result, phase_results
-from graspbench.trial.planned import PlannedTrial, planned_trial
+from graspbench.trial.planned import PlannedTrial, film, planned_trial
 
 if TYPE_CHECKING:
     from graspbench.simulation.in_hand import InHandResult
@@ -87,6 +87,8 @@ def run_in_hand(
                 log.grasp(trial.plan.grasp, "local")
                 log.motion(trial.hand.joint_names, played.motion)
             log.scores(_scores(result))
+    if folder is not None and played is not None:
+        film(config, trial, played.motion, folder, clock)
     if folder is not None:
         with clock.stage("pictures"):
             _draw(config, trial, moved, played, folder)

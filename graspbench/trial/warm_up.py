@@ -28,7 +28,7 @@ def warm_up_planner() -> None:
 
     config = load_config(["planner.candidates=1", "planner.planes=1"])
     index = make_index(config.index_name, config.index, 3, config.quality)
-    plan_local([_ball()], index, None, 3, config.planner, config.quality)
+    plan_local([_ball()], index, None, 3, config.local_planner, config.quality)
     warm_up_search(config)
 
 

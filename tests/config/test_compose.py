@@ -65,6 +65,10 @@ def test_identity_follows_the_content_of_a_users_mesh(tmp_path):
         (["a b c"], ["a b c"]),
         (["object"], ["object"]),
         (["stations.inner=4"], ["stations.inner.count"]),
+        (
+            ["index=quality_ascent", "index.k_cm=0"],
+            ["quality_ascent has no", "belongs to force_field", "[index=quality_ascent]", "grids"],
+        ),
         (["seed=-1"], ["seed"]),
         (["seed=1.5"], ["seed"]),
     ],

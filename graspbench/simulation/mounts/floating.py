@@ -82,6 +82,11 @@ class FloatingWrist:
         goal[3:] += 2 * np.pi * np.round((before[3:] - goal[3:]) / (2 * np.pi))
         self._still = not self._motors.drive(goal, time_step_s).any()
 
+    def put(self, transform_palm_to_world: FloatArray) -> None:
+        """Put the palm somewhere at once, at rest, shape (4, 4)."""
+        self._wanted, self._still = transform_palm_to_world.copy(), False
+        self._motors.put(self._coordinates(transform_palm_to_world))
+
     def palm_pose(self) -> FloatArray:
         """Return transform_palm_to_world, shape (4, 4), from the wrist's real joints."""
         pose: FloatArray = self._base @ wrist_pose(self._motors.positions()) @ self._palm_to_wrist
