@@ -11,6 +11,8 @@ import typer
 from graspbench.cli import (
     bench,
     config,
+    evaluate,
+    export,
     hands,
     logs,
     manipulate,
@@ -25,9 +27,11 @@ from graspbench.cli import (
 )
 from graspbench.cli.completion import use_own_bash_script
 from graspbench.cli.foreign import refuse_hydras_options
-from graspbench.errors import GraspbenchError
+from graspbench.cli.help import epilog, use_plain_flags
+from graspbench.errors import GraspbenchError, OutputError
 
 use_own_bash_script()
+use_plain_flags()
 app = typer.Typer(
     name="graspbench",
     help="Benchmark multi-finger grasps: camera images in; planned, scored, executed, logged grasps out.",
@@ -37,13 +41,15 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-app.command("run")(run.run)
-app.command("sweep")(sweep.sweep)
+app.command("run", epilog=epilog("run", run.EXAMPLES))(run.run)
+app.command("sweep", epilog=epilog("sweep", sweep.EXAMPLES))(sweep.sweep)
 app.command("tune")(tune.tune)
 app.command("report")(report.report)
 app.command("view")(view.view)
 app.command("paper")(paper.paper)
-app.command("manipulate")(manipulate.manipulate)
+app.command("evaluate")(evaluate.evaluate)
+app.command("export")(export.export)
+app.command("manipulate", epilog=epilog("manipulate", manipulate.EXAMPLES))(manipulate.manipulate)
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")
 app.add_typer(hands.app, name="hands")
@@ -72,8 +78,10 @@ def options(
 
 def main() -> None:
     """Run the command line: errors become one sentence on stderr and an exit code."""
-    _open_streams()
+    printable = _open_streams()
     try:
+        if not printable:
+            raise OutputError("the standard output is closed", remedy="send it to a file, or to /dev/null")
         try:
             refuse_hydras_options(sys.argv[1:])
             app()
@@ -93,21 +101,27 @@ def main() -> None:
         sys.exit(2)
 
 
-def _open_streams() -> None:
+def _open_streams() -> bool:
     """Make sure that the standard streams are there, and that they take any character.
 
     A closed one would give its number to the next file that is opened, which would then be printed into.
+
+    Returns:
+        Whether the standard output was open: what is printed would be lost otherwise.
     """
+    printable = True
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
+            printable = printable and name != "stdout"
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
             if getattr(sys, name) is None:
                 setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    return printable
 
 
 def _flush() -> None:

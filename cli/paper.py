@@ -9,7 +9,7 @@ import typer
 from graspbench.cli.arguments import ConfigDir, Json
 from graspbench.errors import ConfigurationError
 
-_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study", "physical")
+_NAMES = ("table-3.1", "figures-3", "appendix-a", "case-study", "physical", "quality-study")
 
 
 def _complete(incomplete: str) -> list[str]:
@@ -37,13 +37,19 @@ def paper(
             show_default=False,
         ),
     ] = None,
+    grasps: Annotated[
+        int,
+        typer.Option("--grasps", min=0, help="quality-study: try further grasps until there are so many."),
+    ] = 0,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Repeat an experiment of the thesis and set its figures beside the thesis' own."""
-    from graspbench.cli.printing import err, out, print_json, print_rows
+    """Repeat an experiment of the thesis and set its figures beside the thesis' own; or one that it lacks."""
+    from graspbench.cli.printing import out, print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.paper.experiments import EXPERIMENTS
     from graspbench.paper.figures_3 import figures_3
+    from graspbench.paper.quality_study import quality_study
     from graspbench.paper.table_3_1_without import table_3_1_without
 
     if name not in EXPERIMENTS:
@@ -54,12 +60,17 @@ def paper(
         raise ConfigurationError(
             f"'{name}' is not compared without the {without}", remedy="use --without with table-3.1"
         )
+    if grasps and name != "quality-study":
+        raise ConfigurationError(f"'{name}' collects no grasps", remedy="use --grasps with quality-study")
     experiment = EXPERIMENTS[name]
+    if grasps:
+        experiment = partial(quality_study, grasps=grasps)
     if forces:
         experiment = partial(figures_3, forces=True)
     if without is not None:
         experiment, name = partial(table_3_1_without, without=without), f"{name}-without-{without}"
-    done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, err.print)
+    with Saying(name) as saying:
+        done = experiment(output or Path("results") / name, overrides or [], jobs, config_dir, saying.say)
     if as_json:
         print_json({"schema": 1, **done.document})
         return

@@ -7,6 +7,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from graspbench.cli.printing import err
+from graspbench.cli.ticker import Activity, Ticker
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialResult
@@ -26,6 +27,8 @@ class SweepProgress:
         self._total, self._names = total, names
         self._started = self._said = time.monotonic()
         self._done = self._bad = 0
+        self._last = time.perf_counter()
+        self._ticker = Ticker(self._waiting, live=False)
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -39,14 +42,19 @@ class SweepProgress:
 
     def __enter__(self) -> "SweepProgress":
         self._bar.start()
+        if self._bar.disable:
+            self._ticker.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
+        if self._bar.disable:
+            self._ticker.__exit__()
         self._bar.stop()
 
     def add(self, result: "TrialResult") -> None:
         """Count a finished trial; a failure is shown at once, in one line."""
         self._done += 1
+        self._last = time.perf_counter()
         if result.status != "done":
             self._bad += 1
             trial_id = result.trial_id
@@ -60,6 +68,12 @@ class SweepProgress:
         if self._bar.disable and (now - self._said > _QUIET_S or self._done == self._total):
             self._said = now
             err.print(f"{self._done}/{self._total} trials, {self.pace()}")
+
+    def _waiting(self) -> Activity | None:
+        """Return what a sweep waits for: told where there is no bar and no trial has ended for a while."""
+        if self._done >= self._total:
+            return None
+        return Activity(f"{self._done}/{self._total} trials: the next", self._last)
 
     def pace(self) -> str:
         """Return rate, remaining time and number of failures in words."""

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from graspbench.cli.arguments import Json
+from graspbench.cli.arguments import Json, complete_list
+from graspbench.cli.option_values import STATISTICS
 from graspbench.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -18,13 +19,23 @@ _FORMATS = (*_TABLES, "parquet", "html")
 def report(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Results folders; merged.")],
     formats: Annotated[
-        str, typer.Option("--format", help=f"Comma separated: {', '.join(_FORMATS)}.")
+        str,
+        typer.Option(
+            "--format",
+            help=f"Comma separated: {', '.join(_FORMATS)}.",
+            autocompletion=complete_list(_FORMATS),
+        ),
     ] = "csv,markdown,latex,html",
     group: Annotated[
         str, typer.Option("--group", help="Also summarise by these columns: object,index.")
     ] = "",
     stat: Annotated[
-        str, typer.Option("--stat", help="Of each group: mean, std, ci, median, min, max, count.")
+        str,
+        typer.Option(
+            "--stat",
+            help=f"Of each group: {', '.join(STATISTICS)}.",
+            autocompletion=complete_list(STATISTICS),
+        ),
     ] = "mean,ci",
     value: Annotated[
         str, typer.Option("--value", help="Columns to summarise or compare.", show_default="ratios and time")
@@ -42,7 +53,7 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write tables and a page of one or more results folders: the local-against-global table first."""
+    """Write tables and a page of results folders: a leaderboard of planners, local against global."""
     from graspbench.cli.printing import out, print_json, print_table
     from graspbench.report.statistics import check_statistics
     from graspbench.report.tables import to_json_rows
@@ -82,13 +93,14 @@ def _report(
     from graspbench.report import comparison_table, write_tables
     from graspbench.report.correlations import correlation_table
     from graspbench.report.groups import group_table
+    from graspbench.report.planners import planner_tables
     from graspbench.results.columns import parquet_bytes
     from graspbench.results.store import write_atomically
 
     loaded = load_results(folders)
     frame = results_frame(loaded.results, loaded.folders)
     group, stat, value = grouping
-    shown = [comparison_table(frame)]
+    shown = [*planner_tables(frame), comparison_table(frame)]
     if group:
         shown.append(group_table(frame, group, stat, value))
     correlations = correlation_table(frame)

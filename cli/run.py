@@ -2,6 +2,7 @@
 
 import csv
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,14 @@ from graspbench.cli.arguments import ConfigDir, Json, Overrides
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialConfig, TrialResult
+
+EXAMPLES = (
+    "object=bottle hand.fingers=4",
+    "object=duck hand=allegro --video",
+    "object.mesh=cup.stl object.scale=0.001",
+    "index=quality_ascent search.enabled=false",
+    "--config results/run/TRIAL",
+)
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="The results folder.")]
 
@@ -28,11 +37,12 @@ def run(
             show_default=False,
         ),
     ] = None,
+    video: Annotated[bool, typer.Option("--video", help="Film the execution: record.video=true.")] = False,
 ) -> None:
     """Run one trial: images, reconstruction, local and global planning, execution, record."""
     from graspbench.experiment import load_one_config, load_stored_config
 
-    given = overrides or []
+    given = [*(overrides or []), *(["record.video=true"] if video else [])]
     config = load_one_config(given, config_dir) if stored is None else load_stored_config(stored, given)
     run_and_show(config, output, as_json)
 
@@ -40,17 +50,20 @@ def run(
 def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
     from graspbench.cli.printing import err, print_json, print_stage
-    from graspbench.experiment import ResultStore, run_and_store
+    from graspbench.cli.stages import stage_activity
+    from graspbench.cli.ticker import Ticker
+    from graspbench.experiment import ResultStore, Watch, run_and_store
 
     store = ResultStore(output)
     if config.warning is not None:
         err.print(config.warning)
-    started = time.perf_counter()
+    watch = Watch()
 
     def show_stage(stage: str, seconds: float) -> None:
-        print_stage(time.perf_counter() - started, stage, seconds)
+        print_stage(time.perf_counter() - ticker.started, stage, seconds)
 
-    result = run_and_store(config, store, on_stage=show_stage)
+    with Ticker(partial(stage_activity, watch)) as ticker:
+        result = run_and_store(config, store, on_stage=show_stage, watch=watch)
     store.write_table()
     if as_json:
         print_json(result)
@@ -89,7 +102,7 @@ def _print_summary(result: "TrialResult", folder: Path) -> None:
             out.print(f"{_SHOWN_FILES[path.suffix]:9s} {path}")
 
 
-_SHOWN_FILES = {".png": "picture", ".mcap": "log", ".csv": "histories"}
+_SHOWN_FILES = {".png": "picture", ".mp4": "film", ".gif": "film", ".mcap": "log", ".csv": "histories"}
 
 
 def _measure_row(result: "TrialResult", measure: str) -> dict[str, Any]:

@@ -6,10 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.cli.arguments import ConfigDir, Json, Overrides, Timeout
 
 if TYPE_CHECKING:
+    from graspbench.cli.live_page import LivePage
     from graspbench.experiment import ResultStore, SweepOptions, SweepTrial, TrialResult
+
+EXAMPLES = (
+    "object=teddy,bottle index.k_cm=0,1 'seed=range(0,5)' --jobs 2 --timeout 300",
+    "'object=glob(*)' search.enabled=false --live",
+    "experiment=table_3_1 --dry-run",
+    "object=teddy 'seed=range(0,500)' engine=slurm engine.jobs=20",
+)
 
 _INTERRUPTED = 130
 
@@ -30,18 +38,22 @@ def sweep(
         bool, typer.Option("--retry-failed", help="Run trials again that failed.")
     ] = False,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop at the first failure.")] = False,
-    timeout: Annotated[
-        float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
-    ] = None,
+    timeout: Timeout = None,
     memory: Annotated[
         float | None,
-        typer.Option(min=1, help="MB a trial may take beyond its worker's own.", show_default=False),
+        typer.Option(
+            min=1, max=100_000_000, help="MB a trial may take beyond its worker's own.", show_default=False
+        ),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Write the page as results come; it loads itself again.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the grid, run nothing.")] = False,
     as_json: Json = False,
     config_dir: ConfigDir = None,
 ) -> None:
     """Run a grid of trials, for example: sweep object=teddy,bottle index.k_cm=0,1 'seed=range(0,5)'."""
+    from graspbench.cli.live_page import LivePage
     from graspbench.cli.printing import counted, err, print_json, print_rows
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, plan_sweep, split_engine
 
@@ -63,7 +75,7 @@ def sweep(
         if warning is not None:
             err.print(warning)
     try:
-        _run(trials, new, store, options)
+        _run(trials, new, store, options, LivePage(output, len(trials), len(trials) - new) if live else None)
     finally:
         if store.root.is_dir():
             store.write_table()
@@ -79,7 +91,13 @@ def sweep(
         raise typer.Exit(1)
 
 
-def _run(trials: "list[SweepTrial]", new: int, store: "ResultStore", options: "SweepOptions") -> None:
+def _run(
+    trials: "list[SweepTrial]",
+    new: int,
+    store: "ResultStore",
+    options: "SweepOptions",
+    page: "LivePage | None",
+) -> None:
     from graspbench.cli.ending import interruptible
     from graspbench.cli.progress import SweepProgress
     from graspbench.experiment import run_sweep
@@ -92,6 +110,10 @@ def _run(trials: "list[SweepTrial]", new: int, store: "ResultStore", options: "S
     with SweepProgress(new, names) as progress, interruptible(options.stop):
         for result in run_sweep(trials, store, options):
             progress.add(result)
+            if page is not None:
+                page.add()
+    if page is not None:
+        page.finish()
 
 
 def _print_outcome(results: "list[TrialResult]", total: int, output: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.cli.arguments import ConfigDir, Json, Overrides, Timeout
 
 if TYPE_CHECKING:
     from graspbench.sweep.tune import Axis
@@ -22,17 +22,20 @@ def tune(
         Literal["maximize", "minimize"], typer.Option(help="Whether more or less is better.")
     ] = "maximize",
     candidates: Annotated[
-        int, typer.Option("--candidates", "-n", min=1, help="Value sets to try in all.")
+        int, typer.Option("--candidates", "-n", min=1, max=100_000, help="Value sets to try in all.")
     ] = 20,
     failed: Annotated[
         float | None,
-        typer.Option(help="What a trial without the measure counts.", show_default="gives the set up"),
+        typer.Option(
+            min=-1e15,
+            max=1e15,
+            help="What a trial without the measure counts.",
+            show_default="gives the set up",
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=4_000_000_000, help="Of the search.")] = 0,
     jobs: Annotated[int | None, typer.Option(min=0, help="Trials at a time.", show_default="1")] = None,
-    timeout: Annotated[
-        float | None, typer.Option(min=0.1, help="Seconds a trial may take.", show_default=False)
-    ] = None,
+    timeout: Timeout = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The results folder.")] = Path(
         "results/tune"
     ),
@@ -41,7 +44,8 @@ def tune(
 ) -> None:
     """Search options given as intervals: tune 'index.k_e=interval(0.1,10)' object=teddy,duck -m ratio.q1."""
     from graspbench.cli.ending import interruptible
-    from graspbench.cli.printing import err, out, print_json, print_rows
+    from graspbench.cli.printing import out, print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.experiment import ResultStore, SweepOptions, load_engine, split_engine
     from graspbench.sweep.tune import TuneOptions, run_tuning, split_axes
 
@@ -57,10 +61,11 @@ def tune(
             f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
             for key, value in candidate.items()
         ]
-        err.print("  ".join(words), markup=False)
+        saying.say("  ".join(words))
 
+    saying = Saying("the first candidate")
     try:
-        with interruptible(sweep.stop):
+        with interruptible(sweep.stop), saying:
             study = run_tuning(axes, grid, store, options, sweep, config_dir, show)
     finally:
         if any(store.root.glob("[!.]*/result.json")):

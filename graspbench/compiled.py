@@ -46,24 +46,29 @@ class _CompilationTimer(Listener):  # type: ignore[misc]  # numba has no types
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self._depth = 0
+        self.depth = 0
         self._started = 0.0
 
     def on_start(self, _event: Event) -> None:
         """A compilation begins, maybe inside another."""
-        if self._depth == 0:
+        if self.depth == 0:
             self._started = time.perf_counter()
-        self._depth += 1
+        self.depth += 1
 
     def on_end(self, _event: Event) -> None:
         """A compilation ends."""
-        self._depth -= 1
-        if self._depth == 0:
+        self.depth -= 1
+        if self.depth == 0:
             self.seconds += time.perf_counter() - self._started
 
 
 _timer = _CompilationTimer()
 register("numba:compile", _timer)
+
+
+def is_compiling() -> bool:
+    """Tell whether this process is compiling an inner loop just now."""
+    return _timer.depth > 0
 
 
 def seconds_compiling() -> float:

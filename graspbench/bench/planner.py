@@ -137,7 +137,7 @@ def _plan(config: TrialConfig, surfaces: Sequence[Surface], *, hand: bool) -> Lo
     n_f = config.hand.fingers
     checker = GraspChecker(load_hand(config.hand), 0.0 if config.surface.ground else None) if hand else None
     index = make_index(config.index_name, config.index, n_f, config.quality)
-    return plan_local(iter(surfaces), index, checker, n_f, config.planner, config.quality)
+    return plan_local(iter(surfaces), index, checker, n_f, config.local_planner, config.quality)
 
 
 def _failed(key: Mapping[str, object], why: str, *, no_surface: bool = False) -> Cell:

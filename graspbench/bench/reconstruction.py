@@ -6,6 +6,7 @@ against the visual hull that perfect images of four times the resolution would g
 the largest error is also given against the hull of the images as they are. Times are processor times.
 """
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from graspbench.bench.timing import best_time
 from graspbench.bench.voxels import carve_masks, open3d_carving, surface_net, tight_box
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
+from graspbench.geometry import object_name
 from graspbench.perception.silhouette import Silhouette
 from graspbench.reconstruction import Surface, SurfaceParameters, reconstruct
 
@@ -42,16 +44,18 @@ def run(
 
     Args:
         output_dir: Where the plot goes; None draws none.
-        objects: Names in the catalogue; the cost is that on the first.
+        objects: Names in the catalogue, or mesh files (in m, repaired where need be); the cost is that on the
+            first.
         quick: Measure once, on coarse references, few nodes and few images: to see whether it works.
 
     Raises:
         ConfigurationError: There is no such object.
+        MeshError: A file is no mesh that can be used.
         TrialError: An object cannot be seen or reconstructed.
     """
     if not objects:
         raise ConfigurationError("there is no object to measure", remedy="name one, such as teddy")
-    configs = [load_config([f"object={name}"]) for name in objects]
+    configs = [load_config(_chosen(name)) for name in objects]
     rows: list[Row] = []
     stages: list[Row] = []
     seen: list[Photographs] = []
@@ -68,6 +72,13 @@ def run(
     }
     figures = () if output_dir is None else (draw_reconstruction_bench(rows, cost, output_dir),)
     return BenchResult("reconstruction", tuple(rows), figures, tables, SHOWN)
+
+
+def _chosen(name: str) -> list[str]:
+    """Return the overrides that choose an object by its name or its file."""
+    if Path(name).suffix:
+        return ["object=mesh", f"object.mesh={json.dumps(name)}", "object.repair=true"]
+    return [f"object={name}"]
 
 
 def _object_rows(config: TrialConfig, photographs: Photographs, quick: bool) -> Iterator[Row]:
@@ -88,7 +99,7 @@ def _object_rows(config: TrialConfig, photographs: Photographs, quick: bool) -> 
     carved = next(row for row in rows if row["method"] == OPEN3D)
     for row in rows:
         yield {
-            "object": config.object.name,
+            "object": object_name(config.object),
             **row,
             "speedup_vs_open3d": _ratio(carved["time_ms"], row["time_ms"]),
             "error_vs_open3d": _ratio(row["hull_mean_mm"], carved["hull_mean_mm"]),
@@ -177,7 +188,7 @@ def _stage_row(config: TrialConfig, photographs: Photographs, quick: bool) -> Ro
     """Measure the stages one by one, with the configured surface."""
     times = stage_times(photographs.silhouettes, config.surface, 1 if quick else 20)
     return {
-        "object": config.object.name,
+        "object": object_name(config.object),
         "images": len(photographs.silhouettes),
         "all_images_ms": 1e3 * photographs.images_s,
         "silhouette_ms": 1e3 * photographs.silhouettes_s / len(photographs.silhouettes),

@@ -3,21 +3,19 @@
 An engine decides nothing about a result, so it is no part of a trial's configuration or identity.
 """
 
-import dataclasses
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field
 
-from graspbench.config.groups import CONF_DIR
-from graspbench.errors import ConfigurationError, shown
-from graspbench.yaml_files import check_plain, read_yaml
+from graspbench.config.side_group import option_content, parsed_value, validated
+from graspbench.errors import ConfigurationError
 
 GROUP = "engine"
+MAX_JOBS_PER_CORE = 4
 
 
 @dataclass(frozen=True)
@@ -28,10 +26,14 @@ class EngineParameters:
         Literal["local", "inline", "slurm"],
         Field(description="local: worker processes here; inline: this process; slurm: jobs of a cluster"),
     ] = "local"
-    jobs: Annotated[int, Field(ge=1, description="Trials at a time (local), jobs at a time (slurm)")] = 1
-    trials_per_job: Annotated[int, Field(ge=1, description="Trials that one slurm job runs in turn")] = 10
+    jobs: Annotated[
+        int, Field(ge=1, le=10_000, description="Trials at a time (local), jobs at a time (slurm)")
+    ] = 1
+    trials_per_job: Annotated[
+        int, Field(ge=1, le=20_000, description="Trials that one slurm job runs in turn")
+    ] = 10
     resubmissions: Annotated[
-        int, Field(ge=0, description="How often the trials of a lost slurm job are submitted again")
+        int, Field(ge=0, le=1000, description="How often the trials of a lost slurm job are submitted again")
     ] = 2
     cluster: Annotated[
         Literal["slurm", "local"],
@@ -41,9 +43,11 @@ class EngineParameters:
         str | None,
         Field(pattern=r"^[\w.,+-]+$", description="SLURM partition; null: the default one"),
     ] = None
-    minutes: Annotated[int, Field(ge=1, description="Wall time of a slurm job, min")] = 120
-    cpus: Annotated[int, Field(ge=1, description="CPUs of a slurm job")] = 1
-    memory_gb: Annotated[float | None, Field(gt=0, description="Memory of a slurm job; null: default")] = None
+    minutes: Annotated[int, Field(ge=1, le=525_600, description="Wall time of a slurm job, min")] = 120
+    cpus: Annotated[int, Field(ge=1, le=10_000, description="CPUs of a slurm job")] = 1
+    memory_gb: Annotated[
+        float | None, Field(ge=0.1, le=100_000, description="Memory of a slurm job; null: default")
+    ] = None
     silence_s: Annotated[
         float,
         Field(
@@ -76,7 +80,7 @@ def load_engine(
     """
     choice, values = "local", {}
     for text in overrides:
-        key, value = _parsed(text)
+        key, value = parsed_value(text, GROUP)
         if key == GROUP:
             choice = str(value)
         else:
@@ -85,44 +89,11 @@ def load_engine(
         choice = "inline"
     elif jobs is not None:
         values["jobs"] = jobs
-    content = {**_option(choice, config_dir), **values}
-    known = [field.name for field in dataclasses.fields(EngineParameters)]
-    unknown = sorted(set(content) - set(known))
-    if unknown:
+    content = {**option_content(GROUP, choice, config_dir), **values}
+    engine = validated(EngineParameters, content, GROUP)
+    most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
+    if engine.name == "local" and engine.jobs > most:
         raise ConfigurationError(
-            f"unknown option 'engine.{unknown[0]}'", remedy=f"choose one of {', '.join(known)}"
+            f"{engine.jobs} trials at a time are too many for this machine", remedy=f"give at most {most}"
         )
-    try:
-        return TypeAdapter(EngineParameters).validate_python(content)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join([GROUP, *(str(part) for part in first["loc"])])
-        raise ConfigurationError(
-            f"{key} = {shown(first['input'])} cannot be used",
-            remedy=first["msg"][:1].lower() + first["msg"][1:],
-        ) from error
-
-
-def _parsed(text: str) -> tuple[str, Any]:
-    try:
-        override = OverridesParser.create().parse_override(text)
-    except HydraException as error:
-        raise ConfigurationError(f"the override '{text}' cannot be read", remedy="write key=value") from error
-    if override.is_sweep_override() or override.is_delete():
-        raise ConfigurationError(f"'{text}' is no single value", remedy="give one engine to a sweep")
-    value = override.value()
-    return override.key_or_group, getattr(value, "text", value)
-
-
-def _option(choice: str, config_dir: Path | None) -> dict[str, Any]:
-    roots = [root for root in (config_dir, CONF_DIR) if root is not None]
-    for root in roots:
-        path = root / GROUP / f"{choice}.yaml"
-        if path.is_file():
-            content = read_yaml(path)
-            if not isinstance(content, dict | None):
-                raise ConfigurationError(f"{path} is no mapping of options", remedy="write KEY: VALUE lines")
-            check_plain(content, GROUP)
-            return {str(key): value for key, value in (content or {}).items()}
-    names = sorted({path.stem for root in roots for path in (root / GROUP).glob("*.yaml")})
-    raise ConfigurationError(f"unknown engine '{choice}'", remedy=f"choose one of {', '.join(names)}")
+    return engine

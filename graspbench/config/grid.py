@@ -1,11 +1,12 @@
 """From overrides with several values, and experiments with grids, to single trials."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hydra.core.override_parser.types import Glob, Override, Transformer
+from hydra.core.override_parser.types import Glob, IntervalSweep, Override, RangeSweep, Transformer
 
 from graspbench.config.compose import compose_tree
 from graspbench.config.experiments import EXPERIMENT, grids_of, keys_of, named_experiment
@@ -15,6 +16,8 @@ from graspbench.config.schema import Primary
 from graspbench.errors import ConfigurationError
 from graspbench.geometry import list_folder
 
+MAX_TRIALS = 20_000
+_MAX_NUMBER = 1e18
 _OBJECT_ID = "object.id"
 
 
@@ -57,7 +60,7 @@ def expand_sweep(
         One tuple of plain overrides a trial; the last override varies fastest.
 
     Raises:
-        ConfigurationError: An override cannot be parsed, or a glob matches nothing.
+        ConfigurationError: An override cannot be parsed, a glob matches nothing, or the grid is too large.
     """
     parsed = parse_overrides(overrides)
     experiments = [override for override in parsed if _names(override)]
@@ -67,8 +70,17 @@ def expand_sweep(
         given = {override.key_or_group for override in parsed}
         all_of_cell = [*(each for each in parse_overrides(grid) if each.key_or_group not in given), *parsed]
         axes = [_axis(override, all_of_cell, config_dir, primary) for override in all_of_cell]
+        _check_size(len(cells) + math.prod(len(axis) for axis in axes))
         cells |= dict.fromkeys(itertools.product(*axes))
     return list(cells)
+
+
+def _check_size(trials: float) -> None:
+    if trials > MAX_TRIALS:
+        raise ConfigurationError(
+            f"the grid has {trials:.4g} trials",
+            remedy=f"a sweep has at most {MAX_TRIALS}: make several of it",
+        )
 
 
 def _axis(
@@ -89,7 +101,25 @@ def _axis(
         return [f"{key}={name}" for name in names]
     if not override.is_sweep_override():
         return [override.input_line or ""]
+    if isinstance(value, IntervalSweep):
+        raise ConfigurationError(
+            f"'{override.input_line}' is an interval, of which a grid cannot try every value",
+            remedy="give single values or range(first,end,step), or search it with 'graspbench tune'",
+        )
+    if isinstance(value, RangeSweep):
+        _check_range(override, value)
     return [f"{key}={item}" for item in override.sweep_iterator(transformer=Transformer.encode)]
+
+
+def _check_range(override: Override, found: RangeSweep) -> None:
+    """Refuse a range without an end, or of more values than a grid may have."""
+    start, stop, step = found.start or 0, found.stop or 0, found.step
+    if not all(abs(number) <= _MAX_NUMBER for number in (start, stop, step)) or step == 0:
+        raise ConfigurationError(
+            f"'{override.input_line}' is no range",
+            remedy="write range(first,end,step) with a step that leads on",
+        )
+    _check_size((stop - start) / step)
 
 
 def _object_ids(overrides: Sequence[Override], config_dir: Path | None) -> tuple[str, ...]:

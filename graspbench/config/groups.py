@@ -7,9 +7,8 @@ from hydra.core.config_store import ConfigStore
 
 import graspbench.conf
 from graspbench.config.experiments import NO_TRIAL_GROUPS
-from graspbench.config.schema import MANIPULATION_SECTIONS, Primary
+from graspbench.config.schema import MANIPULATION_SECTIONS, PLUGGED, Primary
 from graspbench.geometry import list_objects
-from graspbench.planning.index import INDICES
 
 CONF_DIR = Path(graspbench.conf.__path__[0])
 
@@ -48,8 +47,9 @@ def _own_options() -> tuple[tuple[str, str], ...]:
 
 
 def _options_without_file() -> dict[str, tuple[str, ...]]:
-    """Return the options that are nothing but a name: indices (of plug-ins too) and catalogue objects."""
-    return {"index": INDICES.names(), "object": list_objects()}
+    """Return the options that are nothing but a name: of plug-ins, and catalogue objects."""
+    plugged = {group: registry.names() for group, (registry, _) in PLUGGED.items()}
+    return {**plugged, "object": list_objects()}
 
 
 def store_options_without_file(config_dir: Path | None) -> None:

@@ -12,9 +12,10 @@ from pydantic.fields import FieldInfo
 from graspbench.config.bounds import bounds_of, fields_of, is_whole
 from graspbench.config.engine import EngineParameters
 from graspbench.config.groups import CONF_DIR, group_options
-from graspbench.config.schema import MANIPULATION_SECTIONS, SECTIONS, section_type
+from graspbench.config.protocols import SECTIONS as EVALUATION_SECTIONS
+from graspbench.config.schema import MANIPULATION_SECTIONS, PLUGGED, SECTIONS, section_type
+from graspbench.evaluation.protocols.protocol import PROTOCOLS
 from graspbench.geometry import catalogue_entry
-from graspbench.planning.index import INDICES
 
 _INTRODUCTION = """\
 # Configuration
@@ -32,9 +33,10 @@ def configuration_reference() -> str:
     parts = [_INTRODUCTION]
     for section, kind in SECTIONS.items():
         parts.append(_section(section, kind, groups.get(section, ())))
-    for name in INDICES.names():
-        title = f"index={name}"
-        parts.append(_section("index", section_type("index", {"name": name}), (), title))
+    for section, (registry, _) in PLUGGED.items():
+        for name in registry.names():
+            kind = section_type(section, {"name": name})
+            parts.append(_section(section, kind, (), f"{section}={name}", but=SECTIONS.get(section)))
     parts.append("## Manipulation\n\nThe further sections of `graspbench manipulate`.\n")
     for section in MANIPULATION_SECTIONS:
         parts.append(_section(section, section_type(section, {}), groups.get(section, ())))
@@ -43,13 +45,21 @@ def configuration_reference() -> str:
     )
     engines = tuple(sorted(path.stem for path in (CONF_DIR / "engine").glob("*.yaml")))
     parts.append(_section("engine", EngineParameters, engines))
+    parts.append("# Evaluation\n\nHow `graspbench evaluate` judges and tries grasps; no part of a trial.\n")
+    for name in PROTOCOLS.names():
+        parts.append(_section("protocol", PROTOCOLS[name], (), f"protocol={name}"))
+    parts += [_section(name, kind, ()) for name, kind in EVALUATION_SECTIONS.items()]
     return "\n".join(parts)
 
 
 def option_values() -> dict[str, tuple[str, ...]]:
     """Return the values of every key that has a few to choose from, as they are typed."""
     kinds = [(section, section_type(section, {})) for section in (*SECTIONS, *MANIPULATION_SECTIONS)]
-    kinds += [("index", section_type("index", {"name": name})) for name in INDICES.names()]
+    kinds += [
+        (section, section_type(section, {"name": name}))
+        for section, (registry, _) in PLUGGED.items()
+        for name in registry.names()
+    ]
     kinds += [("engine", EngineParameters)]
     found = {key: _choices(hint) for section, kind in kinds for key, _, hint, _ in _keys(kind, section)}
     return {key: values for key, values in sorted(found.items()) if values}
@@ -80,12 +90,16 @@ def _choices(hint: Any) -> tuple[str, ...]:
     return ()
 
 
-def _section(section: str, kind: type, options: tuple[str, ...], title: str | None = None) -> str:
+def _section(
+    section: str, kind: type, options: tuple[str, ...], title: str | None = None, but: type | None = None
+) -> str:
+    """Describe a section; keys that the dataclass ``but`` has stand in a section of their own."""
     lines = [f"## {title or section}", "", _first_line(kind), ""]
     if options:
         described = [_option(section, option) for option in options]
         lines += ["Options:", "", *described, ""]
-    rows = list(_rows(kind, section))
+    known = set() if but is None else set(_rows(but, section))
+    rows = [row for row in _rows(kind, section) if row not in known]
     if rows:
         lines += ["| key | type | default | meaning |", "|---|---|---|---|", *rows, ""]
     return "\n".join(lines)

@@ -1,7 +1,7 @@
 """The typed schema of a trial's configuration: every section, its parameters and their defaults.
 
 Each section is the frozen dataclass of parameters of the stage that reads it, so that a key is written
-once: in the stage. The section ``index`` takes the parameters of the index it names. A primary
+once: in the stage. The sections ``index`` and ``planner`` take the parameters of what they name. A primary
 configuration (a file of ``conf/``) says which sections there are: ``config`` has those of a trial,
 ``manipulate`` three more.
 """
@@ -20,9 +20,11 @@ from graspbench.geometry import ObjectParameters
 from graspbench.grasp import QualityParameters
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
-from graspbench.planning import INDICES, PlannerParameters, SearchParameters
+from graspbench.planning import INDICES, AnyPlannerParameters, SearchParameters
+from graspbench.planning.planner import PLANNERS
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
+from graspbench.registry import Registry
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
 
@@ -37,7 +39,7 @@ SECTIONS: dict[str, type] = {
     "silhouette": SilhouetteParameters,
     "surface": SurfaceParameters,
     "hand": HandParameters,
-    "planner": PlannerParameters,
+    "planner": AnyPlannerParameters,
     "quality": QualityParameters,
     "search": SearchParameters,
     "execution": ExecutionParameters,
@@ -49,6 +51,12 @@ MANIPULATION_SECTIONS = {
     "clik": ("graspbench.manipulation.clik", "ClikParameters"),
     "motion": ("graspbench.manipulation.motion", "MotionParameters"),
     "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
+}
+
+# Sections that take the parameters of the plug-in they name, each with the name where none is given.
+PLUGGED: dict[str, tuple[Registry[Any], str | None]] = {
+    "index": (INDICES, None),
+    "planner": (PLANNERS, "parallel"),
 }
 
 # What a configuration may hold besides: where its values come from, and the grids of an experiment.
@@ -65,15 +73,20 @@ def section_names(primary: Primary = "config") -> tuple[str, ...]:
 
 
 def section_type(section: str, content: Mapping[str, Any]) -> type:
-    """Return the dataclass of a section; for ``index`` that of the index it names."""
-    if section == "index":
-        kind: type = INDICES[str(content.get("name"))].parameters
+    """Return the dataclass of a section; for ``index`` and ``planner`` that of what it names."""
+    if section in PLUGGED:
+        kind: type = PLUGGED[section][0][plugged_name(section, content)].parameters
         return kind
     if section in MANIPULATION_SECTIONS:
         module, name = MANIPULATION_SECTIONS[section]
         parameters: type = getattr(import_module(module), name)
         return parameters
     return SECTIONS[section]
+
+
+def plugged_name(section: str, content: Mapping[str, Any]) -> str:
+    """Return which plug-in a section of `PLUGGED` names."""
+    return str(content.get("name", PLUGGED[section][1]))
 
 
 def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config") -> Tree:
@@ -86,7 +99,7 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
     for section in section_names(primary):
         content = _mapping(tree.get(section), section)
         kind = section_type(section, content)
-        name = {"name": content["name"]} if section == "index" else {}
+        name = {"name": plugged_name(section, content)} if section in PLUGGED else {}
         complete[section] = _merge(name | _defaults(kind), content, section)
     if "clik" in complete:
         tasks = _mapping(complete["clik"]["tasks"], TASKS_KEY)
@@ -151,7 +164,7 @@ def validate_section(section: str, content: Mapping[str, Any]) -> Any:
         ConfigurationError: A value is of the wrong type or out of range; the message names the key.
     """
     kind = section_type(section, content)
-    values = {key: value for key, value in content.items() if (section, key) != ("index", "name")}
+    values = {key: value for key, value in content.items() if section not in PLUGGED or key != "name"}
     try:
         parameters = _adapter(kind).validate_python(values)
     except ValidationError as error:
@@ -174,11 +187,17 @@ def _adapter(kind: type) -> TypeAdapter[Any]:
 
 
 def _defaults(kind: type) -> Tree:
-    return {key: _plain(value) for key, value in dataclasses.asdict(kind()).items()}
+    """Return a section's defaults, in containers of the caller's own."""
+    return {key: _plain(value) for key, value in _known_defaults(kind).items()}
+
+
+@cache
+def _known_defaults(kind: type) -> Tree:
+    return dataclasses.asdict(kind())
 
 
 def _plain(value: Any) -> Any:
-    """Turn tuples into lists, as YAML has them."""
+    """Turn tuples into lists, as YAML has them; a copy."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

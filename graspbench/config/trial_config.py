@@ -31,7 +31,7 @@ from graspbench.grasp import QualityParameters
 from graspbench.grasp.measure import MEASURES
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
-from graspbench.planning import PlannerParameters, SearchParameters
+from graspbench.planning import AnyPlannerParameters, PlannerParameters, SearchParameters
 from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
@@ -56,6 +56,7 @@ class TrialConfig:
     Attributes:
         seed: Source of every random draw.
         index: Parameters of the index `index_name`.
+        planner: Parameters of the planner `planner_name`.
         tree: The same as plain values.
         choice: The option chosen of each group, where that is known.
         overridden: Dotted keys that overrides or an experiment set, where that is known.
@@ -73,7 +74,8 @@ class TrialConfig:
     hand: HandParameters
     index_name: str
     index: Any
-    planner: PlannerParameters
+    planner_name: str
+    planner: AnyPlannerParameters
     quality: QualityParameters
     search: SearchParameters
     execution: ExecutionParameters
@@ -86,7 +88,10 @@ class TrialConfig:
     def trial_id(self) -> str:
         """Ten hexadecimal digits of a hash of what defines the trial, user files by their content."""
         identity = {key: value for key, value in self.tree.items() if key not in _NOT_IDENTITY}
-        identity["files"] = file_digests(self.object, self.scene, self.hand)
+        # How files are read and written defines no trial either.
+        identity["hand"] = {key: value for key, value in self.tree["hand"].items() if key != "formats"}
+        tasks = self.tree["clik"]["tasks"] if "clik" in self.tree else {}
+        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
@@ -94,6 +99,20 @@ class TrialConfig:
     def warning(self) -> str | None:
         """What to say before the trial begins, when it is going to take long."""
         return cost.warning(vars(self))
+
+    @property
+    def local_planner(self) -> PlannerParameters:
+        """Parameters of the local planner.
+
+        Raises:
+            ConfigurationError: Another planner is chosen.
+        """
+        if isinstance(self.planner, PlannerParameters):
+            return self.planner
+        raise ConfigurationError(
+            f"the planner '{self.planner_name}' is not the local one, which this is about",
+            remedy="leave planner= out, or take planner=parallel",
+        )
 
     def as_tree(self) -> Tree:
         """Return the configuration as plain values."""
@@ -275,7 +294,12 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     if parts["search"].enabled:
         for name in parts["search"].measures:
             check_measure(name, parts["hand"].fingers)
-    return complete, {"seed": seed, "index_name": complete["index"]["name"], **parts}
+    return complete, {
+        "seed": seed,
+        "index_name": complete["index"]["name"],
+        "planner_name": complete["planner"]["name"],
+        **parts,
+    }
 
 
 def _check_manipulation(config: ManipulationConfig) -> None:

@@ -1,6 +1,7 @@
 """Values set in a configuration tree, each by its dotted key."""
 
 import copy
+import dataclasses
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -10,6 +11,7 @@ from hydra.core.override_parser.types import Override
 from graspbench.config.overrides import parse_overrides
 from graspbench.config.schema import TASKS_KEY, complete_tasks
 from graspbench.errors import ConfigurationError
+from graspbench.planning import INDICES
 
 Tree = dict[str, Any]
 
@@ -48,6 +50,7 @@ def set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]
     for parent in parents:
         node = node.get(parent) if isinstance(node, dict) else None
     if not isinstance(node, dict) or last not in node:
+        _check_other_indices(tree, path, override)
         known = [key for key, _ in flatten(tree)] + list(groups)
         raise ConfigurationError(
             f"unknown option '{path}'", remedy=suggestion(path, known), override=override.input_line
@@ -67,6 +70,25 @@ def set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]
         node[last].update(_plain(value))
     else:
         node[last] = _plain(value)
+
+
+def _check_other_indices(tree: Tree, path: str, override: Override) -> None:
+    """Refuse an option of another index by naming whose it is, and how a sweep combines both."""
+    section, _, key = path.partition(".")
+    if section != "index":
+        return
+    chosen, others = tree[section]["name"], [name for name in INDICES if _has(INDICES[name].parameters, key)]
+    if others:
+        grids = f"[[index={others[0]}, '{override.input_line}'], [index={chosen}]]"
+        raise ConfigurationError(
+            f"the index {chosen} has no option '{key}', which belongs to {', '.join(others)}",
+            remedy=f"leave it out, or give each index its own grid in an experiment file (grids: {grids})",
+            override=override.input_line,
+        )
+
+
+def _has(parameters: type, key: str) -> bool:
+    return key.partition(".")[0] in {field.name for field in dataclasses.fields(parameters)}
 
 
 def _admit_task(tree: Tree, path: str) -> None:

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
         load_stored_config,
         manipulation_config_from_tree,
     )
+    from graspbench.evaluation.formats.format import describe_formats
     from graspbench.experiment.catalogue import describe_hands, describe_objects
+    from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, evaluate_file, evaluate_records
+    from graspbench.experiment.export import export_results
     from graspbench.experiment.hand_check import check_hand
     from graspbench.experiment.hands import add_hand, show_hand
     from graspbench.experiment.objects import check_object, repair_object, show_object
@@ -30,10 +33,13 @@ if TYPE_CHECKING:
     from graspbench.results.store import LoadedResults, ResultStore, load_results
     from graspbench.results.trial_result import TrialResult
     from graspbench.sweep.grid import SweepOptions, SweepTrial, plan_sweep, run_sweep
+    from graspbench.trial.clock import Watch
     from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
     "EngineParameters": "config.engine",
+    "EvaluateOptions": "experiment.evaluation",
+    "Evaluation": "experiment.evaluation",
     "LoadedResults": "results.store",
     "ManipulationConfig": "config.trial_config",
     "ResultStore": "results.store",
@@ -41,15 +47,20 @@ _HOMES = {
     "SweepTrial": "sweep.grid",
     "TrialConfig": "config.trial_config",
     "TrialResult": "results.trial_result",
+    "Watch": "trial.clock",
     "add_hand": "experiment.hands",
     "check_hand": "experiment.hand_check",
     "check_object": "experiment.objects",
     "compose_tree": "config.compose",
     "config_from_tree": "config.trial_config",
     "describe_column": "results.columns",
+    "describe_formats": "evaluation.formats.format",
     "describe_hands": "experiment.catalogue",
     "describe_objects": "experiment.catalogue",
+    "evaluate_file": "experiment.evaluation",
+    "evaluate_records": "experiment.evaluation",
     "expand_sweep": "config.grid",
+    "export_results": "experiment.export",
     "group_options": "config.groups",
     "load_config": "config.trial_config",
     "load_engine": "config.engine",
@@ -72,6 +83,8 @@ _HOMES = {
 
 __all__ = [
     "EngineParameters",
+    "EvaluateOptions",
+    "Evaluation",
     "LoadedResults",
     "ManipulationConfig",
     "ResultStore",
@@ -79,15 +92,20 @@ __all__ = [
     "SweepTrial",
     "TrialConfig",
     "TrialResult",
+    "Watch",
     "add_hand",
     "check_hand",
     "check_object",
     "compose_tree",
     "config_from_tree",
     "describe_column",
+    "describe_formats",
     "describe_hands",
     "describe_objects",
+    "evaluate_file",
+    "evaluate_records",
     "expand_sweep",
+    "export_results",
     "group_options",
     "load_config",
     "load_engine",

@@ -30,6 +30,8 @@ class ObjectModel:
         licence: Licence of the shape.
         source: Where the shape comes from.
         report: What the preflight said about it; None for an object made by hand.
+        transform_file_to_object: Where the frame of the mesh file (its coordinates in m) or of the shape's
+            description is in the object's frame, shape (4, 4); None: they are the same.
     """
 
     name: str
@@ -42,6 +44,7 @@ class ObjectModel:
     licence: str = ""
     source: str = ""
     report: MeshReport | None = None
+    transform_file_to_object: FloatArray | None = None
 
     @cached_property
     def inertia(self) -> FloatArray:

@@ -51,6 +51,8 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
     if not report.usable:
         raise report.error()
     volume, centre, _ = mass_properties(vertices, faces)
+    from_file = np.eye(4)
+    from_file[:3, :3], from_file[:3, 3] = turn, -centre
     if body.parts is None:
         parts = convex_parts(make_mesh(vertices - centre, faces))
     else:
@@ -66,6 +68,7 @@ def load_object(parameters: ObjectParameters) -> ObjectModel:
         licence=entry.licence,
         source=entry.source,
         report=report,
+        transform_file_to_object=from_file,
     )
 
 

@@ -117,6 +117,7 @@ def _load(key: _Key) -> HandModel:
         chain_joints=_chain_joints(frames, len(used)),
         freedom=np.full(len(used), 3, dtype=np.int64),
         shapes=found,
+        file_frames=parameters.formats,
     )
     return replace(loaded, freedom=_freedom(loaded))
 

@@ -1,6 +1,7 @@
 """The hand model: a robot hand with a floating wrist, as the planners see it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from graspbench.hand.chains import (
     motion_axis,
 )
 from graspbench.hand.kinematics import FingerSolutions
-from graspbench.hand.parameters import Margins
+from graspbench.hand.parameters import FileFrame, Margins
 from graspbench.hand.shapes import Shapes
 
 
@@ -69,6 +70,7 @@ class HandModel:
         chain_joints: Numbers of Pinocchio's joints along each finger.
         freedom: In how many directions each finger can move its tip by itself, shape (n_f,).
         shapes: The collision shapes, for compiled distances; idle fingers count as palm.
+        file_frames: How other benchmarks' files state the hand, by format.
     """
 
     name: str
@@ -95,6 +97,7 @@ class HandModel:
     chain_joints: tuple[tuple[int, ...], ...]
     freedom: IntArray
     shapes: Shapes
+    file_frames: Mapping[str, FileFrame] = field(default_factory=dict)
 
     @property
     def n_fingers(self) -> int:

@@ -74,6 +74,27 @@ class CollisionShape:
 
 
 @dataclass(frozen=True)
+class FileFrame:
+    """How the grasp files of another benchmark state a hand."""
+
+    link: Annotated[
+        str | None, Field(description="Link that the files' pose of the hand is fixed to; null: the root")
+    ] = None
+    xyz_m: Annotated[Vector3, Field(description="Origin of the files' hand frame in that link, m")] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+    rpy_deg: Annotated[
+        Vector3, Field(description="Roll, pitch, yaw of the files' hand frame in that link (fixed axes), deg")
+    ] = (0.0, 0.0, 0.0)
+    joints: Annotated[
+        dict[str, str],
+        Field(description="The hand's joint for each joint of the files, in their order; empty: the hand's"),
+    ] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class HandParameters:
     """A robot hand with a floating wrist (group ``hand``)."""
 
@@ -145,3 +166,9 @@ class HandParameters:
     margins: Annotated[Margins, Field(description="What a feasible posture has to keep")] = field(
         default_factory=Margins
     )
+    formats: Annotated[
+        dict[str, FileFrame],
+        Field(
+            description="How files of dexgraspbench, dexgraspnet or isaac state this hand (evaluate, export)"
+        ),
+    ] = field(default_factory=dict)

@@ -101,7 +101,7 @@ def _check_hand(
     index = [(int(row[FINGER]), int(row[LINK])) for row in hand.shapes.index]
     checked = {frozenset((index[a], index[b])) for a, b in hand.shapes.pairs}
     items = hand.geometry.geometryObjects
-    bodies = _bodies(hand)
+    bodies = link_of_shapes(hand)
     found = []
     for b in range(len(items)):
         for a in range(b):
@@ -115,7 +115,7 @@ def _check_hand(
     return found
 
 
-def _bodies(hand: HandModel) -> list[Body]:
+def link_of_shapes(hand: HandModel) -> list[Body]:
     """Return the finger and link that carries each geometry object; the palm for all else."""
     at = {joint: (f, k) for f, chain in enumerate(hand.chain_joints) for k, joint in enumerate(chain)}
     return [at.get(item.parentJoint, (PALM, PALM)) for item in hand.geometry.geometryObjects]

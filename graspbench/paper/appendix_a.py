@@ -92,7 +92,7 @@ def _run(config: TrialConfig, output: Path, say: Say) -> tuple[dict[str, Any], P
     say(f"{name}: images and reconstruction")
     surfaces = reconstructed(config)
     index = make_index(config.index_name, config.index, 3, config.quality)
-    plan = plan_without_hand(surfaces, index, 3, config.planner)
+    plan = plan_without_hand(surfaces, index, 3, config.local_planner)
     say(f"{name}: planned in {plan.time_s:.1f} s; searching all triples of {len(surfaces[-1].points)} nodes")
     optimum = largest_outer_triangle(surfaces[-1], config.index.phi_cei_deg, config.index.phi_eegi_deg)
     if not len(optimum.vertices):

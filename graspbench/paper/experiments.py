@@ -9,6 +9,7 @@ from graspbench.paper.appendix_a import appendix_a
 from graspbench.paper.figures_3 import figures_3
 from graspbench.paper.paper_result import PaperResult, Say, published
 from graspbench.paper.physical import physical
+from graspbench.paper.quality_study import quality_study
 from graspbench.paper.table_3_1 import table_3_1
 from graspbench.results.plain import to_json
 from graspbench.results.store import SCHEMA_VERSION, write_atomically
@@ -64,4 +65,5 @@ EXPERIMENTS: dict[str, Experiment] = {
     "appendix-a": appendix_a,
     "case-study": case_study,
     "physical": physical,
+    "quality-study": quality_study,
 }

@@ -102,7 +102,7 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
         "flatness_mm": 1e3 * shape.flatness_m,
         "area_cm2": 1e4 * shape.area_m2,
         "q3": plan.quality.q3,
-        "rotations_tried": plan.rotations_tried,
+        "rotations_tried": plan.details.rotations_tried if plan.details else None,
     }
 
 
@@ -160,7 +160,7 @@ def _forces(config: TrialConfig, trial: PlannedTrial) -> tuple[FieldForces, Barr
     """Return the field at the final contacts, and the barrier at the contour points around them."""
     surface, grasp = trial.surfaces[-1], trial.plan.grasp
     assert grasp.posture is not None, "a plan made with a checker has a posture"
-    barrier = KinematicBarrier(trial.hand, trial.checker.ground_height_m, config.planner.barrier)
+    barrier = KinematicBarrier(trial.hand, trial.checker.ground_height_m, config.local_planner.barrier)
     values = barrier.values(surface, grasp.vertices, grasp.posture)
     repulsion = barrier_force(surface.points, values.nodes, values.total)
     field = field_forces(grasp.points, grasp.normals, grasp.centroid, config.index, repulsion)

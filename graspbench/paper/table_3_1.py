@@ -116,7 +116,7 @@ def _write(
 
 def settings_note(config: TrialConfig) -> str:
     """Say how a trial was planned and searched."""
-    planner, search = config.planner, config.search
+    planner, search = config.local_planner, config.search
     return (
         f"Planner: {planner.planes} planes of {planner.rotations} first grasps, {planner.followers} of them "
         f"until the surface rests, the best by {planner.select}. "

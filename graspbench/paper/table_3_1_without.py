@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import ConfigurationError
+from graspbench.grasp.distance import contact_distance_m
 from graspbench.hand import GraspChecker, load_hand
 from graspbench.paper.paper_result import PaperResult, Say, published
 from graspbench.paper.table_3_1 import cells, settings_note
@@ -85,9 +86,9 @@ def _configs(overrides: Sequence[str], config_dir: Path | None) -> Iterator[Tria
 
 def _rows(config: TrialConfig, without: Without) -> Rows:
     """Plan and search one object, and set its grasps side by side."""
-    from graspbench.report.local_global import compared, contact_distance_m
+    from graspbench.report.local_global import compared
 
-    n_f, quality, planner = config.hand.fingers, config.quality, config.planner
+    n_f, quality, planner = config.hand.fingers, config.quality, config.local_planner
     surfaces = reconstructed(config)
     surface = surfaces[-1]
 

@@ -49,6 +49,13 @@ def fill_holes(mask: BoolArray) -> BoolArray:
     return filled
 
 
+def hole_count(mask: BoolArray) -> int:
+    """Return the number of holes that do not open to the image's border, as `holes` does, but fast."""
+    _, tree = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    # A row is next, previous, child, parent: of two levels, those with a parent are the holes' borders.
+    return 0 if tree is None else int(np.count_nonzero(tree[0, :, 3] >= 0))
+
+
 def holes(mask: BoolArray) -> tuple[int, IntArray]:
     """Return the number of holes that do not open to the image's border, and each pixel's hole.
 

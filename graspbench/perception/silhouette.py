@@ -9,7 +9,7 @@ import numpy as np
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.errors import ImageError
 from graspbench.perception.background import FloatImage
-from graspbench.perception.blobs import disc, fill_holes, holes
+from graspbench.perception.blobs import disc, fill_holes, hole_count
 from graspbench.perception.camera import Camera
 
 FULL_FRACTION = 0.9
@@ -53,7 +53,7 @@ class Silhouette:
     def holes(self) -> int:
         """Number of holes through which the background is seen."""
         top, bottom, left, right = self.window
-        return holes(self.mask[top:bottom, left:right])[0]
+        return hole_count(self.mask[top:bottom, left:right])
 
 
 def without_holes(silhouettes: Sequence[Silhouette]) -> tuple[Silhouette, ...]:

@@ -16,7 +16,7 @@ from graspbench.hand.model import HandModel
 from graspbench.hand.penetration import triangles_of
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.swept import collisions
-from graspbench.planning.parameters import PlannerParameters
+from graspbench.planning.parameters import AnyPlannerParameters
 from graspbench.planning.tracking import JointPath, track
 from graspbench.planning.trajectory import FingertipPath, fingertip_paths
 from graspbench.reconstruction.surface import Surface
@@ -29,7 +29,7 @@ _SHARES_OF_THE_WAY = (1.0, 0.5, 0.25, 0.0)
 
 
 def clear_approach(
-    history: Sequence[Grasp], surface: Surface, hand: HandModel, planner: PlannerParameters
+    history: Sequence[Grasp], surface: Surface, hand: HandModel, planner: AnyPlannerParameters
 ) -> tuple[tuple[FingertipPath, ...], JointPath]:
     """Plan the fingertips' way to their contacts and the hand's motion along it.
 
@@ -82,7 +82,7 @@ def _parts(history: Sequence[Grasp]) -> list[Sequence[Grasp]]:
 
 
 def _way(
-    history: Sequence[Grasp], hand: HandModel, posture: HandPosture, planner: PlannerParameters
+    history: Sequence[Grasp], hand: HandModel, posture: HandPosture, planner: AnyPlannerParameters
 ) -> tuple[tuple[FingertipPath, ...], JointPath]:
     paths = fingertip_paths(history, planner.paths, planner.floating_distance_m, hand)
     return paths, track(paths, hand, posture, planner.paths)

@@ -14,7 +14,7 @@ def propose_moves(
     nodes_normals: FloatArray,
     centroid: FloatArray,
     moves: IntArray,
-    barrier: FloatArray,
+    walls: FloatArray,
     barrier_force: FloatArray,
     k: FloatArray,
     sigma_f: float,
@@ -22,13 +22,26 @@ def propose_moves(
     thorough: bool,
     vertices: IntArray,
 ) -> bool:
-    """Write the next vertices and return True, or return False at a local optimum."""
+    """Write the next vertices and return True, or return False at a local optimum.
+
+    Args:
+        nodes_points: Surface nodes, shape (n_s, 3).
+        nodes_normals: Their outward unit normals, shape (n_s, 3).
+        centroid: Centroid, shape (3,).
+        moves: Where each contact may go, -1 for nowhere; column 0 is to stay, shape (n_f, width).
+        walls: See `barrier_potential`, shape (n_f, width).
+        barrier_force: What the barrier pushes each contact with, N, shape (n_f, 3).
+        k: Coefficients of the potential.
+        sigma_f: Force below which a contact stays, N.
+        radius: Mean radius of the surface, m.
+        thorough: Whether several contacts may move together.
+        vertices: The contacts; overwritten, shape (n_f,).
+    """
     n_f, width = moves.shape
     points = np.empty((n_f, 3))
     for i in range(n_f):
         for a in range(3):
             points[i, a] = nodes_points[vertices[i], a]
-    walls = _barrier_potential(nodes_points, moves, barrier)
     here = potential(points, centroid, k, radius)
     # Values below this are rounding, not progress.
     least = 1e-9 * (abs(here) + k[3] * radius)
@@ -47,8 +60,8 @@ def propose_moves(
     return bool(try_subsets(nodes_points, centroid, moves, walls, k, radius, here - least, vertices))
 
 
-@inner
-def _barrier_potential(nodes_points: FloatArray, moves: IntArray, barrier: FloatArray) -> FloatArray:
+@compiled
+def barrier_potential(nodes_points: FloatArray, moves: IntArray, barrier: FloatArray) -> FloatArray:
     """Return the barrier's share of the potential at every move: its value times the contour's spacing."""
     n_f, width = moves.shape
     walls = np.zeros((n_f, width))

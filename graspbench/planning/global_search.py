@@ -1,7 +1,7 @@
 """Global search: the best of all grasps on a reconstructed surface (thesis 3.6, serial approach)."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.planning.constraint import GraspConstraint
+from graspbench.planning.search.engine import Progress
 from graspbench.planning.search.problem import (
     GLOBAL_MEASURES,
     Found,
@@ -43,6 +44,7 @@ def plan_global(
     checker: GraspConstraint | None = None,
     centre_tolerance_m: float | None = None,
     starts: Sequence[Grasp] = (),
+    on_begin: Callable[[Progress], None] | None = None,
 ) -> GlobalResult:
     """Find the best of all force closure grasps that the hand can hold, with a certificate.
 
@@ -64,6 +66,8 @@ def plan_global(
             None for any.
         starts: Grasps on this surface that the hand is known to hold, for example a local planner's and what
             it was refined to.
+        on_begin: Called with how far the search is when it begins; what it is given goes on changing, so that
+            another thread can look on. Not called where all triples are enumerated by ``mirtich_canny``.
 
     Raises:
         ConfigurationError: The measure is unknown, or the number of contacts is not supported.
@@ -81,7 +85,7 @@ def plan_global(
         return problem.result(Found(None, -np.inf, -np.inf, True, 0), lambda _: -np.inf)
     if measure == "mirtich_canny":
         return search_triangles(problem, starts)
-    return search_wrenches(problem, starts)
+    return search_wrenches(problem, starts, on_begin)
 
 
 def check_measure(measure: str, n_f: int) -> None:

@@ -1,7 +1,7 @@
 """What becomes of a local optimum: a closed grasp that the hand holds, or a reason why it is none."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from graspbench.arrays import BoolArray, IntArray
 from graspbench.errors import PlanningError
 from graspbench.grasp.closure import CLOSURE_TOLERANCE, force_closure
 from graspbench.grasp.configuration import Grasp
+from graspbench.grasp.internal_forces import friction_reserve
 from graspbench.grasp.quality import GraspQuality, QualityParameters
 from graspbench.hand.posture import HandPosture
 from graspbench.planning.barrier import FreeMoves, KinematicBarrier
@@ -36,6 +37,8 @@ class Candidate:
         quality: Its Q1, Q2 and Q3.
         score: What the index thinks of it.
         merit: What the best grasp is selected by.
+        reserve: Share of its friction that each contact keeps when the fingers squeeze, up to what is wanted;
+            1 where nobody asks.
     """
 
     follower: Follower
@@ -43,6 +46,7 @@ class Candidate:
     quality: GraspQuality
     score: float
     merit: float
+    reserve: float
 
 
 class Judge:
@@ -87,9 +91,59 @@ class Judge:
         return self.planner.select == "index" and self.planner.robust.among > 1
 
     @property
+    def reserves(self) -> bool:
+        """Whether friction in reserve decides among grasps that the index thinks equal."""
+        planner, contact = self.planner, self._quality.contact
+        wanted = planner.select == "index" and planner.robust.reserve > 0.0
+        return wanted and not self.robust and contact != "frictionless"
+
+    @property
     def wanted(self) -> int:
         """How many grasps that the hand holds to choose from."""
-        return self.planner.robust.among if self.robust else self.planner.candidates
+        if self.robust:
+            return self.planner.robust.among
+        return self.planner.robust.equals if self.reserves else self.planner.candidates
+
+    def enough(self, found: Sequence[Candidate], promise: float) -> bool:
+        """Tell whether grasps that the hand holds leave nothing to hope for from the next local optimum.
+
+        Args:
+            found: The grasps so far.
+            promise: What the index thinks of that optimum, or its merit; no later one promises more.
+        """
+        if len(found) >= self.wanted:
+            return True
+        if self.robust or not found:
+            return False
+        least = self._least_equal(found)
+        return promise < least or (promise <= self.best(found).merit and self._firm(self.best(found)))
+
+    def best(self, found: Sequence[Candidate]) -> Candidate:
+        """Return the grasp to keep of some, at least one.
+
+        It has the largest merit. With friction in reserve wanted, it is the first by merit of those within
+        the tolerance that have it, or else the one of them that has most.
+        """
+        equal = [candidate for candidate in found if candidate.merit >= self._least_equal(found)]
+        firm = [candidate for candidate in equal if self._firm(candidate)]
+        if firm:
+            return max(firm, key=lambda candidate: candidate.merit)
+        return max(equal, key=lambda candidate: candidate.reserve)
+
+    def best_first(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """Return grasps with the one to keep first, and the others by merit; equals as they came."""
+        if not found:
+            return []
+        best = self.best(found)
+        return sorted(found, key=lambda candidate: (candidate is not best, -candidate.merit))
+
+    def _least_equal(self, found: Sequence[Candidate]) -> float:
+        """Return the merit down to which grasps count as equal to the best of some."""
+        top = max(candidate.merit for candidate in found)
+        return top - self.planner.robust.tolerance * abs(top) if self.reserves else top
+
+    def _firm(self, candidate: Candidate) -> bool:
+        return not self.reserves or candidate.reserve >= self.planner.robust.reserve
 
     @property
     def contour_queries(self) -> int:
@@ -201,7 +255,12 @@ class Judge:
         merit = self._robust_merit(surface, follower.vertices)
         if merit is None:
             merit = merit_of(quality) if self.planner.select == "quality" else score
-        found.append(Candidate(follower, initial, quality, score, merit))
+        reserve = 1.0
+        if self.reserves:
+            reserve = friction_reserve(
+                points - surface.centroid, -normals, self._quality.friction, self.planner.robust.reserve
+            )
+        found.append(Candidate(follower, initial, quality, score, merit, reserve))
 
     def qualities_on(self, surface: Surface, grasps: IntArray) -> list[GraspQuality]:
         """Return Q1, Q2 and Q3 of many grasps on a surface, vertices of shape (m, n_f)."""

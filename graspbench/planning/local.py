@@ -15,7 +15,7 @@ from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
 from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
-from graspbench.planning.judge import Candidate, Judge, route
+from graspbench.planning.judge import Candidate, Judge, grasp_at, route
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.population import Population
 from graspbench.planning.progress import PlanningStep, formed_shares
@@ -73,6 +73,7 @@ class LocalPlan:
         reconstruction_time_s: Time of the reconstruction alone.
         planning_time_s: Time of the planner alone.
         time_s: Time of both together, as waited for.
+        others: Further grasps that the hand holds, the best first, and what the index thinks of each.
         measure_steps: Measures what ``steps`` tells.
     """
 
@@ -96,6 +97,7 @@ class LocalPlan:
     reconstruction_time_s: float
     planning_time_s: float
     time_s: float
+    others: tuple[tuple[Grasp, float], ...]
     measure_steps: Callable[[], tuple[StepQuality, ...]] = field(repr=False, compare=False)
 
     @cached_property
@@ -145,15 +147,15 @@ def plan_local(
     waiting += perf_counter() - waited
     if first is None:
         raise PlanningError("there was no surface to plan on", remedy="give at least one snapshot")
-    best = search.choose()
+    found = search.choose()
     found_by: FoundBy = "follower"
-    if best is None and planner.select != "first":
-        best, found_by = _from_anew(first, surface, n_f, judge, planner.rotations), "restart"
-    if best is None:
+    if not found and planner.select != "first":
+        found, found_by = _from_anew(first, surface, n_f, judge, planner.rotations), "restart"
+    if not found:
         raise judge.failure(n_f)
     finished = perf_counter()
     return _plan(
-        best, surface, judge, search.steps, found_by,
+        found, surface, judge, search.steps, found_by,
         moves=search.moves, evaluations=search.evaluations, surfaces_made=source.made,
         times_s=(source.busy_s, finished - started - waiting, finished - started),
     )  # fmt: skip
@@ -183,25 +185,25 @@ def plan_restarted(
     started = perf_counter()
     judge = Judge(index, checker, planner, quality)
     judge.see(surfaces[-1])
-    best = _from_anew(surfaces[0], surfaces[-1], n_f, judge, planner.rotations)
-    if best is None:
+    found = _from_anew(surfaces[0], surfaces[-1], n_f, judge, planner.rotations)
+    if not found:
         raise judge.failure(n_f)
     spent = perf_counter() - started
     return _plan(
-        best, surfaces[-1], judge, [], "restart",
+        found, surfaces[-1], judge, [], "restart",
         moves=0, evaluations=0, surfaces_made=len(surfaces), times_s=(0.0, spent, spent),
     )  # fmt: skip
 
 
-def _from_anew(first: Surface, last: Surface, n_f: int, judge: Judge, rotations: int) -> Candidate | None:
-    """Try first grasps on the finished surface; look closer before giving up."""
+def _from_anew(first: Surface, last: Surface, n_f: int, judge: Judge, rotations: int) -> list[Candidate]:
+    """Try first grasps on the finished surface, the best one first; look closer before giving up."""
     found = restart(first, last, n_f, rotations, judge)
     found = found or restart(first, last, n_f, _CLOSER_LOOK * rotations, judge)
-    return max(found, key=lambda candidate: candidate.merit) if found else None
+    return judge.best_first(found)
 
 
 def _plan(
-    best: Candidate,
+    found: Sequence[Candidate],
     last: Surface,
     judge: Judge,
     steps: Sequence[PlanningStep],
@@ -212,6 +214,7 @@ def _plan(
     surfaces_made: int,
     times_s: tuple[float, float, float],
 ) -> LocalPlan:
+    best, *others = found
     grasp, history = route(best.follower, last)
     share, polish_mm = _followed(best.follower, last) if found_by == "follower" else (0.0, 0.0)
     return LocalPlan(
@@ -235,6 +238,9 @@ def _plan(
         reconstruction_time_s=times_s[0],
         planning_time_s=times_s[1],
         time_s=times_s[2],
+        others=tuple(
+            (grasp_at(last, each.follower.vertices, each.follower.posture), each.score) for each in others
+        ),
         measure_steps=partial(_step_qualities, list(steps), last, judge),
     )
 

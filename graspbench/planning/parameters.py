@@ -96,6 +96,23 @@ class RefineParameters:
 class RobustParameters:
     """Choice of the grasp that forgives errors most, among the index's best."""
 
+    reserve: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=1,
+            description="select=index: share of its friction that each contact shall keep when the fingers "
+            "squeeze. Of grasps that the index thinks equal the best that keeps it is taken, else the one "
+            "that keeps most; 0: the index alone decides",
+        ),
+    ] = 0.45
+    tolerance: Annotated[
+        float,
+        Field(ge=0, le=1, description="Share of the best grasp's index up to which others count as equal"),
+    ] = 0.1
+    equals: Annotated[
+        int, Field(ge=1, le=1000, description="Equal grasps, the hand included, that are looked at most")
+    ] = 12
     among: Annotated[
         int,
         Field(
@@ -118,13 +135,40 @@ class RobustParameters:
 
 
 @dataclass(frozen=True)
-class PlannerParameters:
-    """How the local planner searches."""
+class AnyPlannerParameters:
+    """What any planner may be told: how long to plan, and how the hand gets to the grasp."""
+
+    time_limit_s: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="Time after which a planner that goes on yields nothing more, s; parallel and "
+            "restarted end by themselves",
+        ),
+    ] = 60.0
+    floating_distance_m: Annotated[
+        float,
+        Field(ge=0, description="Distance delta_f that the tips keep from the surface while they approach"),
+    ] = 0.02
+    paths: Annotated[PathParameters, Field(description="Fingertip paths")] = field(
+        default_factory=PathParameters
+    )
+    refine: Annotated[RefineParameters, Field(description="Refinement of a grasp by a measure")] = field(
+        default_factory=RefineParameters
+    )
+
+
+@dataclass(frozen=True)
+class PlannerParameters(AnyPlannerParameters):
+    """How the local planner searches, while the surface forms (parallel) or afterwards (restarted)."""
 
     mode: Annotated[
         Literal["lockstep", "concurrent"],
-        Field(description="lockstep: a surface step, then the planner's; concurrent: both at the same time"),
-    ] = "lockstep"
+        Field(
+            description="concurrent: surface and planner move at the same time, each in a thread; "
+            "lockstep: one after the other; the grasp is the same"
+        ),
+    ] = "concurrent"
     rotations: Annotated[
         int, Field(ge=1, le=360, description="Rotations of the first equilateral grasp to try in each plane")
     ] = 6
@@ -159,18 +203,8 @@ class PlannerParameters:
     wrist_moves: Annotated[
         int, Field(ge=1, description="Moves after which the wrist follows the fingers")
     ] = 4
-    floating_distance_m: Annotated[
-        float,
-        Field(ge=0, description="Distance delta_f that the tips keep from the surface while they approach"),
-    ] = 0.02
     barrier: Annotated[BarrierParameters, Field(description="The kinematic barrier")] = field(
         default_factory=BarrierParameters
-    )
-    paths: Annotated[PathParameters, Field(description="Fingertip paths")] = field(
-        default_factory=PathParameters
-    )
-    refine: Annotated[RefineParameters, Field(description="Refinement of a grasp by a measure")] = field(
-        default_factory=RefineParameters
     )
     robust: Annotated[
         RobustParameters, Field(description="Choice of the most robust among the index's best grasps")

@@ -103,8 +103,8 @@ class Population:
         if len(self.steps) == _EARLY + 1:
             self._early = _Early(surface, self._names, self._grasps, self._trails.legs)
 
-    def choose(self) -> Candidate | None:
-        """Return the best grasp that the hand can hold; None if it holds none."""
+    def choose(self) -> list[Candidate]:
+        """Return grasps that the hand can hold, the best first; only its way until here is told."""
         surface, judge = self._surface, self._judge
         assert surface is not None
         found: list[Candidate] = []
@@ -112,9 +112,7 @@ class Population:
         spanned = judge.spans(surface, self._grasps)
         order = list(judge.ranked(surface, self._grasps))
         for rank, promise in order:
-            if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
-                break  # what is left promises less than what the hand can hold already
-            if len(found) == judge.wanted:
+            if judge.enough(found, promise):
                 break
             if not spanned[rank] or not judge.closed(surface, self._grasps[rank]):
                 continue
@@ -125,11 +123,10 @@ class Population:
         if not found:
             self._settle_anyhow(surface, [rank for rank, _ in order], found, names)
         judge.tried = self._started
-        if not found:
-            return None
-        best = max(found, key=lambda candidate: candidate.merit)
-        best.follower.via[:0] = self._trails.of(names[id(best.follower)])
-        return best
+        best_first = judge.best_first(found)
+        for best in best_first[:1]:
+            best.follower.via[:0] = self._trails.of(names[id(best.follower)])
+        return best_first
 
     def _settle_anyhow(
         self, surface: Surface, order: list[int], found: list[Candidate], names: dict[int, int]

@@ -53,14 +53,11 @@ def _try_best_first(
     starts = [replace(start, vertices=carry_over(start.vertices, first, surface)) for start in starts]
     optima = screen(index, surface, starts, allowed, planner.max_moves)
     before_all, tried_before = len(judge.followers), judge.tried
-    enough = len(found) + judge.wanted
     seen: set[tuple[int, ...]] = set()
     ends = np.array([optimum.vertices for optimum in optima], dtype=np.int64)
     for rank, promise in judge.ranked(surface, ends.reshape(len(optima), len(starts[0].vertices))):
-        if not judge.robust and found and max(candidate.merit for candidate in found) >= promise:
-            break  # what is left promises less than what the hand can hold already
         most = MAX_TRIES_ONCE_FOUND if found else MAX_TRIES
-        if len(found) == enough or len(judge.followers) - before_all >= most:
+        if judge.enough(found, promise) or len(judge.followers) - before_all >= most:
             break
         rough, before = optima[rank], len(found)
         for optimum in (polish(index, surface, rough, allowed, planner.max_moves), rough):

@@ -46,11 +46,11 @@ class SingleFollower:
         score = self._judge.index.score(surface, self._lead.vertices)
         self.steps.append(step_of(surface, self._lead.vertices, score, 1))
 
-    def choose(self) -> Candidate | None:
-        """Return the grasp that it has become.
+    def choose(self) -> list[Candidate]:
+        """Return the grasp that it has become, if it is one.
 
         When it is none, further first grasps go straight to the last surface, with
-        ``planner.select=first``; else None is returned.
+        ``planner.select=first``.
         """
         assert self._initial is not None
         surface = self._surfaces[-1]
@@ -63,7 +63,7 @@ class SingleFollower:
                         follower = Follower(initial.vertices, evaluations=1)
                         follower.via.append((self._surfaces[0], initial.vertices))
                         self._judge.settle(follower, initial, surface, found)
-        return found[0] if found else None
+        return found
 
     def _every_plane(self) -> Iterator[tuple[InitialGrasp, ...]]:
         """Yield the first grasps of every plane, those of the leading grasp's plane first."""

@@ -45,28 +45,39 @@ def reconstruct_elastic(
         ReconstructionError: There is no visual hull, or the surface does not come to rest.
     """
     silhouettes = carried_by("elastic", silhouettes)
-    hull = VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
     if centre is None:
         centre = triangulate_centre(silhouettes)
-    network = network_of(parameters)
+    network, law = network_of(parameters), law_of(parameters)
+    hull = None if parameters.wrap == "polyhedron" else _hull_of(silhouettes, parameters)
     ellipsoid = preshape(silhouettes, centre, parameters, hull=hull)
-    start = sample_ellipsoid(ellipsoid, network, parameters.pole_thinning)
+    state = initial_state(sample_ellipsoid(ellipsoid, network, parameters.pole_thinning), len(silhouettes))
+    # A planner can begin on the ellipsoid while the hull is made.
+    yield snapshot(
+        state.points,
+        network,
+        smoothing=parameters.normal_smoothing,
+        progress=_progress(state, law, network),
+    )
+    hull = hull or _hull_of(silhouettes, parameters)
     target = interior_point(hull, ellipsoid, centre)
-    yield from _shrink(hull, start, network, target, parameters)
+    yield from _shrink(hull, state, law, network, target, parameters)
+
+
+def _hull_of(silhouettes: "Sequence[Silhouette]", parameters: SurfaceParameters) -> VisualHull:
+    return VisualHull(silhouettes, parameters.ground, smoothing_px=parameters.smoothing_px)
 
 
 def _shrink(
     hull: VisualHull,
-    start: FloatArray,
+    state: State,
+    law: Law,
     network: SurfaceNetwork,
     target: FloatArray,
     parameters: SurfaceParameters,
 ) -> Iterator[Surface]:
     """Let the surface move until it rests, then refine it if its pull is to follow the normals."""
-    state, law = initial_state(start, len(hull.silhouettes)), law_of(parameters)
     moving = parameters.pull == "normal"
     smoothing = parameters.normal_smoothing
-    yield snapshot(start, network, smoothing=smoothing, progress=_progress(state, law, network))
     done = 0
     while state.quiet[0] < parameters.rest_count:
         if done >= parameters.max_iterations:

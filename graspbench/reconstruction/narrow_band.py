@@ -31,6 +31,9 @@ BARELY_M = 1e-6
 NEAR_SHARE = 0.2
 """A point this share of a cell off the border has reached it."""
 
+BYTES_PER_CELL = 16
+"""Memory of a grid: distances and slots, twice while corners are filled."""
+
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=np.int64)
 """Corners of a cell; corner c stands for bit c of a cell's signs, shape (8, 3)."""
 
@@ -73,15 +76,26 @@ def carve(fields: HullFields, low: FloatArray, high: FloatArray, side_m: float) 
         high: Upper corner, shape (3,).
         side_m: Side of a cell.
     """
-    block = side_m * BLOCK_CELLS
-    # One cell of margin on each side; a whole number of blocks.
-    blocks = np.ceil((high - low + 2.0 * side_m) / block).astype(np.int64)
-    corner = 0.5 * (low + high) - 0.5 * block * blocks
+    corner, blocks = grid_of(low, high, side_m)
     shape = blocks * BLOCK_CELLS
     values = np.full(shape + 1, np.nan, dtype=np.float32)
     seeds = np.empty((int(blocks.prod()), 3), dtype=np.int64)
     number = _approach(fields, corner, side_m, blocks, seeds)
     return _collect(fields, corner, side_m, values, seeds[:number])
+
+
+def grid_of(low: FloatArray, high: FloatArray, side_m: float) -> tuple[FloatArray, IntArray]:
+    """Return the lower corner of the grid over a box, and how many blocks it has along each axis.
+
+    Args:
+        low: Lower corner of the box, shape (3,).
+        high: Upper corner, shape (3,).
+        side_m: Side of a cell; a block has `BLOCK_CELLS` of them along each axis.
+    """
+    block = side_m * BLOCK_CELLS
+    # One cell of margin on each side; a whole number of blocks.
+    blocks = np.ceil((high - low + 2.0 * side_m) / block).astype(np.int64)
+    return 0.5 * (low + high) - 0.5 * block * blocks, blocks
 
 
 def fill(fields: HullFields, band: NarrowBand, corners: IntArray) -> NarrowBand:
@@ -97,14 +111,16 @@ def _collect(
     """Follow the border from the seeds on."""
     slots = np.full(np.array(values.shape) - 1, -1, dtype=np.int32)
     cells, signs = np.empty((2048, 3), dtype=np.int64), np.empty(2048, dtype=np.int64)
-    seed = count = done = 0
+    pending = np.empty(2048, dtype=np.int64)
+    seed = count = left = 0
     while True:
-        count, done, seed = _follow(
-            fields, low, side_m, seeds, seed, values, slots, cells, signs, count, done
+        count, left, seed = _follow(
+            fields, low, side_m, seeds, seed, values, slots, cells, signs, pending, count, left
         )
-        if seed >= len(seeds) and done >= count:
+        if seed >= len(seeds) and left == 0:
             return NarrowBand(low, side_m, values, cells[:count], signs[:count], slots)
         cells, signs = np.concatenate((cells, cells)), np.concatenate((signs, signs))
+        pending = np.concatenate((pending, pending))
 
 
 @compiled
@@ -208,49 +224,56 @@ def _follow(
     slots: npt.NDArray[np.int32],
     cells: IntArray,
     signs: IntArray,
+    pending: IntArray,
     count: int,
-    done: int,
+    left: int,
 ) -> tuple[int, int, int]:
     """Collect the cells with corners on both sides, from the seeds on and from each to its neighbours.
 
-    Ends when all is done or the arrays are full.
+    The last cell found goes on first, so that cells that follow each other lie side by side: most of what the
+    views said of one holds for the next. Ends when all is done or the arrays are full.
 
     Returns:
-        Cells found, cells whose neighbours were looked at, and seeds used.
+        Cells found, cells whose neighbours are still to be looked at, and seeds used.
     """
     seen = unseen(fields)
     while True:
-        while done < count:
+        while left > 0:
             if count + 6 > len(cells):
-                return count, done, seed
+                return count, left, seed
+            left -= 1
+            here = pending[left]
             for way in range(6):
                 axis, up = way >> 1, way & 1
-                i = cells[done, 0] + (2 * up - 1) * (axis == 0)
-                j = cells[done, 1] + (2 * up - 1) * (axis == 1)
-                k = cells[done, 2] + (2 * up - 1) * (axis == 2)
+                i = cells[here, 0] + (2 * up - 1) * (axis == 0)
+                j = cells[here, 1] + (2 * up - 1) * (axis == 1)
+                k = cells[here, 2] + (2 * up - 1) * (axis == 2)
                 if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
                     continue
                 # A face between two cells whose corners are on both sides leads on to the next cell.
-                face = signs[done] & FACES[way]
+                face = signs[here] & FACES[way]
                 if face != 0 and face != FACES[way]:
                     slots[i, j, k] = count
                     cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
                     signs[count] = _look(fields, low, side, i, j, k, values, seen)
+                    pending[left] = count
+                    left += 1
                     count += 1
-            done += 1
         if seed == len(seeds):
-            return count, done, seed
+            return count, left, seed
         if count + 6 > len(cells):
-            return count, done, seed
+            return count, left, seed
         i, j, k = seeds[seed, 0], seeds[seed, 1], seeds[seed, 2]
         seed += 1
         if not _is_cell(slots, i, j, k) or slots[i, j, k] >= 0:
             continue
-        here = _look(fields, low, side, i, j, k, values, seen)
-        if here != 0 and here != 255:
+        found = _look(fields, low, side, i, j, k, values, seen)
+        if found != 0 and found != 255:
             slots[i, j, k] = count
             cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
-            signs[count] = here
+            signs[count] = found
+            pending[left] = count
+            left += 1
             count += 1
 
 

@@ -6,6 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+MAX_NODES = 100_000
+"""Sample points of a surface; all that is planned on one of more would take hours."""
+
 
 @dataclass(frozen=True)
 class SurfaceParameters:
@@ -15,7 +18,7 @@ class SurfaceParameters:
     """
 
     method: Annotated[str, Field(description="Registered reconstruction that makes the surface")] = "elastic"
-    nodes: Annotated[int, Field(ge=5, le=100_000, description="Wanted number of sample points n_s")] = 1502
+    nodes: Annotated[int, Field(ge=5, le=MAX_NODES, description="Wanted number of sample points n_s")] = 1502
     meridians: Annotated[int | None, Field(ge=3, description="Number of meridians n_m; null: from nodes")] = (
         None
     )

@@ -24,6 +24,9 @@ class RecordParameters:
         int, Field(ge=1, description="Keep every n-th surface snapshot; the first and the last always")
     ] = 2
     pictures: Annotated[bool, Field(description="Draw the trial's pictures (PNG) too")] = True
+    video: Annotated[
+        bool, Field(description="Film the execution too: execution.mp4, which the report's page plays")
+    ] = False
     print: Annotated[
         bool, Field(description="Draw them for print: 300 dots an inch, PDF and SVG beside PNG")
     ] = False

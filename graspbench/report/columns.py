@@ -16,6 +16,7 @@ TRIAL_ID, STATUS, REASON, SUCCESS, SEED = "trial_id", "status", "reason", "succe
 FOLDER = "folder"
 OBJECT, HAND, FINGERS = "object.name", "hand.name", "hand.fingers"
 INDEX, GAIN = "index.name", "index.k_cm"
+PLANNER_OPTION = "choice.planner"
 PLANNING_TIME = "local.time_s"
 VERSION, COMMIT, DIRTY = "provenance.graspbench", "provenance.git.commit", "provenance.git.dirty"
 MEASURES = THESIS_MEASURES

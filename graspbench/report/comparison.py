@@ -8,6 +8,7 @@ import pandas as pd
 from graspbench.errors import LogError
 from graspbench.report import columns as c
 from graspbench.report.notes import status_notes, trial_notes
+from graspbench.report.planners import planner_options
 from graspbench.report.tables import SIGNIFICANT, Column, Table
 
 TITLE = "Local against global grasps"
@@ -25,7 +26,14 @@ unit of torque its values were taken.
 """
 
 # Keys of the table's rows by the trials' columns.
-_KEYS = {"index": c.INDEX, "k_cm": c.GAIN, "object": c.OBJECT, "hand": c.HAND, "fingers": c.FINGERS}
+_KEYS = {
+    "planner": c.PLANNER_OPTION,
+    "index": c.INDEX,
+    "k_cm": c.GAIN,
+    "object": c.OBJECT,
+    "hand": c.HAND,
+    "fingers": c.FINGERS,
+}
 _NEEDED = (c.OBJECT, c.HAND, c.FINGERS, c.INDEX, c.STATUS)
 _FORMATS = {"k_cm": "g", "fingers": "g"}
 
@@ -44,7 +52,8 @@ def comparison_table(trials: pd.DataFrame) -> Table:
     """
     trials = checked(trials)
     readable = trials[trials[c.STATUS] != c.UNREADABLE]
-    keyed = readable.assign(**{name: readable.get(column) for name, column in _KEYS.items()})
+    given = readable.assign(**{c.PLANNER_OPTION: planner_options(readable)})
+    keyed = given.assign(**{name: given.get(column) for name, column in _KEYS.items()})
     rows = [
         _row(dict(zip(_KEYS, key, strict=True)), group)
         for key, group in keyed.groupby(list(_KEYS), dropna=False, sort=True)
@@ -65,7 +74,7 @@ def comparison_table(trials: pd.DataFrame) -> Table:
         tuple(rows),
         notes,
         compared=("object", "hand", "fingers"),
-        parted=("index", "k_cm"),
+        parted=("planner", "index", "k_cm"),
     )
 
 
@@ -117,7 +126,13 @@ def _mean(values: pd.Series) -> float | None:
 
 def _order(row: Mapping[str, Any]) -> tuple[Any, ...]:
     gain = -1.0 if row["k_cm"] is None else -float(row["k_cm"])
-    return (str(row["index"]), gain, *(str(row[key]) for key in ("object", "hand")), str(row["fingers"]))
+    return (
+        str(row["planner"]),
+        str(row["index"]),
+        gain,
+        *(str(row[key]) for key in ("object", "hand")),
+        str(row["fingers"]),
+    )
 
 
 def _columns(rows: list[dict[str, Any]], varying: list[str]) -> tuple[Column, ...]:

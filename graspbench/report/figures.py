@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # pictures only read attributes: no need to load the stages
 
 _TILE = (300, 225)
 _GAP = 6
+_MAX_SEEN = 3.0  # all of the body, which counts twice, and all contacts
 
 
 def draw_views(views: Sequence[View], silhouettes: Sequence[Silhouette], path: Path) -> Path:
@@ -220,19 +221,26 @@ def _best_viewpoint(
     """Choose the view in which the most of object and contacts is seen, and the contacts farthest apart."""
     body = None if surface is None else surface_solid(surface, style.SURFACE)
 
-    def worth(view: Viewpoint) -> float:
+    def spread(view: Viewpoint) -> float:
         facing = np.clip(grasp.normals @ view.direction + 0.15, -0.3, 0.4).sum()
         screen = (grasp.points - grasp.centroid) @ view.axes[:2].T
         apart = np.linalg.norm(screen[:, None] - screen[None], axis=-1)
         np.fill_diagonal(apart, np.inf)
-        seen = 0.0
-        if body is not None and hand:
-            shown = visibility(body, hand, grasp.points, view)
-            seen = 2.0 * shown.body + shown.points.mean()
-        return float(seen + facing + 0.5 * apart.min() / view.radius_m)
+        return float(facing + 0.5 * apart.min() / view.radius_m)
 
     directions = [(a, e) for e in (14.0, 24.0, 36.0) for a in np.arange(-180.0, 180.0, 15.0)]
-    return max((_viewpoint(points, a, e, aspect) for a, e in directions), key=worth)
+    views = sorted((_viewpoint(points, a, e, aspect) for a, e in directions), key=spread, reverse=True)
+    if body is None or not hand:
+        return views[0]
+    best, worth = views[0], -np.inf
+    for view in views:
+        if spread(view) + _MAX_SEEN <= worth:  # to look what is hidden takes most of the time
+            break
+        shown = visibility(body, hand, grasp.points, view)
+        seen = 2.0 * shown.body + float(shown.points.mean())
+        if seen + spread(view) > worth:
+            best, worth = view, seen + spread(view)
+    return best
 
 
 def _zoom(views: Sequence[View], silhouettes: Sequence[Silhouette]) -> float:

@@ -31,6 +31,7 @@ __all__ = ["Pictures", "write_page"]
 _PAGE = Path(__file__).parent / "page"
 _SCRIPTS = ("statistics.js", "plots.js", "viewer.js", "app.js")
 _GEOMETRY_BUDGET_BYTES = 80_000_000
+_AGAIN_MS = 5_000  # how often the page of a study that is running is loaded again
 
 # Offered in the table, as filters and as groups when the trials differ in them.
 _SHOWN = (
@@ -53,6 +54,7 @@ def write_page(
     title: str = "Trials",
     pictures: Pictures = "auto",
     tables: Sequence[Table] = (),
+    running: str | None = None,
 ) -> Path:
     """Write ``index.html``.
 
@@ -64,6 +66,8 @@ def write_page(
         pictures: Whether pictures are carried in the page or linked to by relative paths; "auto" carries
             those of up to `graspbench.report.page_media.EMBEDDED_TRIALS` trials.
         tables: What stands first, before filters and plots.
+        running: How far the study is that is still running: the page says it and loads itself again now and
+            then; None for one that is over.
 
     Raises:
         LogError: There are no trials.
@@ -73,6 +77,7 @@ def write_page(
     places = [folders.get(str(trial_id)) for trial_id in trials[c.TRIAL_ID]]
     shared, geometry = _geometry(places)
     data = {**_document(trials), "media": trial_media(places, output_dir, pictures)}
+    data |= {"running": running, "againAfterMs": _AGAIN_MS}
     script = "\n".join((_PAGE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     style = (_PAGE / "page.css").read_text(encoding="utf-8")
     page = _template().render(

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from graspbench.arrays import FloatArray
+from graspbench.grasp.distance import contact_distance_m
 from graspbench.planning import grip_geometry
 from graspbench.report.columns import MEASURES
 from graspbench.report.comparison import TITLE, thesis_ratio
@@ -56,12 +56,6 @@ def comparison_rows(result: TrialResult) -> list[dict[str, Any]]:
 def contacts(found: GraspResult) -> FloatArray:
     """Return a grasp's contact points, shape (n_f, 3), m."""
     return np.array([contact.point for contact in found.contacts])
-
-
-def contact_distance_m(first: FloatArray, second: FloatArray) -> float:
-    """Return the mean distance of the contacts of two grasps, matched so that it is smallest."""
-    distances = np.linalg.norm(first[:, None] - second[None], axis=-1)
-    return float(distances[linear_sum_assignment(distances)].mean())
 
 
 def is_short(row: Mapping[str, Any]) -> bool:

@@ -9,17 +9,22 @@ from graspbench.report.columns import FOLDER, TRIAL_ID
 from graspbench.report.comparison import comparison_table
 from graspbench.report.correlations import correlation_table
 from graspbench.report.html import Pictures, write_page
+from graspbench.report.planners import planner_tables
 from graspbench.report.tables import Table
 from graspbench.results.columns import results_frame
 from graspbench.results.store import LoadedResults, load_results
 
 
-def write_results_page(folders: Sequence[Path], output_dir: Path) -> Path:
+def write_results_page(
+    folders: Sequence[Path], output_dir: Path, running: str | None = None, pictures: Pictures = "auto"
+) -> Path:
     """Read results folders and write their page.
 
     Args:
         folders: Results folders; merged.
         output_dir: Where ``index.html`` goes; made if need be.
+        running: See `graspbench.report.html.write_page`.
+        pictures: See there.
 
     Raises:
         LogError: A folder does not exist or holds no trial.
@@ -27,8 +32,12 @@ def write_results_page(folders: Sequence[Path], output_dir: Path) -> Path:
     loaded = load_results(list(folders))
     trials = results_frame(loaded.results, loaded.folders)
     correlations = correlation_table(trials)
-    tables = [comparison_table(trials), *([correlations] if correlations.rows else [])]
-    return write_loaded_page(folders, loaded, trials, output_dir, tables)
+    tables = [
+        *planner_tables(trials),
+        comparison_table(trials),
+        *([correlations] if correlations.rows else []),
+    ]
+    return write_loaded_page(folders, loaded, trials, output_dir, tables, pictures, running)
 
 
 def write_loaded_page(
@@ -38,6 +47,7 @@ def write_loaded_page(
     output_dir: Path,
     tables: Sequence[Table],
     pictures: Pictures = "auto",
+    running: str | None = None,
 ) -> Path:
     """Write the page of results that were read already.
 
@@ -48,6 +58,7 @@ def write_loaded_page(
         output_dir: Where ``index.html`` goes; made if need be.
         tables: What stands first on it.
         pictures: See `graspbench.report.html.write_page`.
+        running: See there.
     """
     places = {trial_id: Path(folder) for trial_id, folder in loaded.folders.items()}
     title = ", ".join(folder.resolve().name for folder in folders)
@@ -55,7 +66,9 @@ def write_loaded_page(
         shown = {trial_id: _below(folders, Path(place)) for trial_id, place in loaded.folders.items()}
         trials = trials.copy()
         trials[FOLDER] = [shown.get(str(each)) for each in trials[TRIAL_ID]]
-    return write_page(trials, output_dir, places, title=title, pictures=pictures, tables=tables)
+    return write_page(
+        trials, output_dir, places, title=title, pictures=pictures, tables=tables, running=running
+    )
 
 
 def _below(folders: Sequence[Path], place: Path) -> str:

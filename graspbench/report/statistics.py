@@ -52,6 +52,37 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> In
     return Interval(rate, float(low), float(high), trials)
 
 
+def bootstrap_mean(
+    values: FloatArray, clusters: Sequence[object], confidence: float = 0.95, resamples: int = 1000
+) -> Interval:
+    """Return a mean with its percentile interval over resampled clusters (Efron 1979), from a fixed seed.
+
+    Values that are not finite are left out. With one cluster alone its values are resampled; of a single
+    value there is no interval.
+
+    Args:
+        values: Shape (n,).
+        clusters: What values belong together, an object say, n of them.
+        confidence: Coverage asked for.
+        resamples: How often to draw.
+    """
+    use = np.isfinite(values)
+    known = values[use]
+    if len(known) == 0:
+        return Interval(np.nan, np.nan, np.nan, 0)
+    _, which = np.unique(np.array([str(each) for each in clusters])[use], return_inverse=True)
+    if which.max() == 0:
+        which = np.arange(len(known))
+    count = int(which.max()) + 1
+    if count == 1:
+        return Interval(float(known.mean()), np.nan, np.nan, len(known))
+    sums, sizes = np.bincount(which, known), np.bincount(which).astype(np.float64)
+    drawn = np.random.default_rng(0).integers(count, size=(resamples, count))
+    means = sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1)
+    low, high = np.quantile(means, [(1.0 - confidence) / 2, (1.0 + confidence) / 2])
+    return Interval(float(known.mean()), float(low), float(high), len(known))
+
+
 def spearman(x: FloatArray, y: FloatArray, confidence: float = 0.95) -> Interval:
     """Return Spearman's rank correlation with an interval by Fisher's z (Bonett and Wright 2000).
 

@@ -48,6 +48,20 @@ class GraspResult(Part):
 
 
 @dataclass(frozen=True)
+class PlannedResult(Part):
+    """Which planner planned, and when grasps came."""
+
+    planner: Annotated[str, About("Name of the planner")]
+    grasps: Annotated[int, About("Grasps that it found, the hand and force closure checked")]
+    first_s: Annotated[Number, About("When the first one came, since the reconstruction began")]
+    best_s: Annotated[Number, About("When the one that was chosen came, since the reconstruction began")]
+    diversity_mm: Annotated[
+        Number | None,
+        About("Mean distance of the contacts over all pairs of them", empty="fewer than two were found"),
+    ]
+
+
+@dataclass(frozen=True)
 class FormedResult(Part):
     """How good the planner's best grasp was when the surface was formed so far, on the finished surface."""
 
@@ -58,11 +72,13 @@ class FormedResult(Part):
 
 
 _OLDER = "the result is of an older version"
+_NOT_LOCAL = "a planner found the grasp that climbs no index"
+_OLDER_OR_NOT_LOCAL = f"{_OLDER}, or {_NOT_LOCAL}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class LocalResult(GraspResult):
-    """The parallel planner's grasp, and how it was found."""
+    """The grasp that the planner chose, and how the local planner found it where it did."""
 
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
@@ -75,35 +91,49 @@ class LocalResult(GraspResult):
             empty="not among search.measures, or the grasp is not within the thresholds",
         ),
     ] = None
-    score: Annotated[Number, About("What the index thinks of the grasp; the index's own unit")]
+    score: Annotated[
+        Number,
+        About("What the planner thinks of the grasp, in its own unit: the index, where it climbs one"),
+    ]
     found_by: Annotated[
         Literal["follower", "restart"] | None,
         About(
             "follower: the grasp followed the surface while it formed; restart: no follower became a grasp, "
             "and it was found from first grasps on the finished surface",
-            empty=_OLDER,
+            empty=_OLDER_OR_NOT_LOCAL,
         ),
     ] = None
     followed_share: Annotated[
-        Number | None, About("Share of the contacts that were there before the surface rested", empty=_OLDER)
+        Number | None,
+        About(
+            "Share of the contacts that were there before the surface rested",
+            empty=_OLDER_OR_NOT_LOCAL,
+        ),
     ] = None
     polish_mm: Annotated[
-        Number | None, About("Mean way of the contacts once the surface rested", empty=_OLDER)
+        Number | None,
+        About("Mean way of the contacts once the surface rested", empty=_OLDER_OR_NOT_LOCAL),
     ] = None
     formed: Annotated[
         Mapping[str, FormedResult],
         About("The best grasp when the surface was formed to 50, 80 and 100 %, before the hand has its say"),
     ] = field(default_factory=dict)
-    rotations_tried: Annotated[int, About("First grasps that were followed to a local optimum")]
+    rotations_tried: Annotated[
+        int | None, About("First grasps that were followed to a local optimum", empty=_NOT_LOCAL)
+    ] = None
     rejected: Annotated[
-        Mapping[str, int], About("Why local optima were no grasps, and how often", column=False)
+        Mapping[str, int], About("Why what was tried was no grasp, and how often", column=False)
     ]
-    iterations: Annotated[int, About("Surfaces that were planned on")]
-    surfaces_made: Annotated[int, About("Surfaces that were made")]
-    moves: Annotated[int, About("Moves of all grasps that were followed")]
-    evaluations: Annotated[int, About("Proposals asked from the index")]
-    contour_queries: Annotated[int, About("Inverse kinematics of fingers at contour points")]
-    cycles: Annotated[int, About("Times the index wanted back to a configuration it had left")]
+    iterations: Annotated[int | None, About("Surfaces that were planned on", empty=_NOT_LOCAL)] = None
+    surfaces_made: Annotated[int | None, About("Surfaces that were made", empty=_NOT_LOCAL)] = None
+    moves: Annotated[int | None, About("Moves of all grasps that were followed", empty=_NOT_LOCAL)] = None
+    evaluations: Annotated[int | None, About("Proposals asked from the index", empty=_NOT_LOCAL)] = None
+    contour_queries: Annotated[
+        int | None, About("Inverse kinematics of fingers at contour points", empty=_NOT_LOCAL)
+    ] = None
+    cycles: Annotated[
+        int | None, About("Times the index wanted back to a configuration it had left", empty=_NOT_LOCAL)
+    ] = None
     force_closure: Annotated[bool, About("Whether the grasp is force closure")]
     reconstruction_time_s: Annotated[Number, About("Time of the reconstruction alone")]
     planning_time_s: Annotated[Number, About("Time of the planner alone")]

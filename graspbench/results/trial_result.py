@@ -12,6 +12,7 @@ from graspbench.results.about import About, Number, Part
 from graspbench.results.grasp_results import (
     GlobalGraspResult,
     LocalResult,
+    PlannedResult,
     RefinedGraspResult,
     RestartedResult,
 )
@@ -22,6 +23,7 @@ Kind = Literal["trial", "manipulation"]
 
 _NOT_EXECUTED = "nothing was executed, or it was not asked for"
 _NOT_PLANNED = "the trial came to no grasp"
+_OLDER = "the result is of an older version"
 _NOT_SIMULATED = "the images came from files, or the trial did not come so far"
 
 
@@ -120,7 +122,14 @@ class TrialResult(Part):
     index: Annotated[Mapping[str, Any], About("The index and its parameters, as in index.*")] = field(
         default_factory=dict
     )
-    local: Annotated[LocalResult | None, About("The parallel planner's grasp", empty=_NOT_PLANNED)] = None
+    planned: Annotated[
+        PlannedResult | None,
+        About("Which planner planned, and when grasps came", empty=f"{_NOT_PLANNED}, or {_OLDER}"),
+    ] = None
+    local: Annotated[
+        LocalResult | None,
+        About("The planner's grasp: of the local planner, unless planner= names another", empty=_NOT_PLANNED),
+    ] = None
     restarted: Annotated[
         RestartedResult | None,
         About("The grasp of a multi-start on the finished surface", empty="planner.restart is off"),

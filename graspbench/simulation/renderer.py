@@ -116,7 +116,7 @@ class Renderer:
         _, _, colours, _, bodies = pybullet.getCameraImage(
             k.width,
             k.height,
-            viewMatrix=_view_matrix(camera_to_world),
+            viewMatrix=view_matrix(camera_to_world),
             projectionMatrix=projection_matrix(k, self.name),
             lightDirection=[
                 float(np.cos(elevation) * np.cos(azimuth)),
@@ -218,7 +218,7 @@ def projection_matrix(intrinsics: Intrinsics, renderer: str) -> list[float]:
     return columns
 
 
-def _view_matrix(camera_to_world: FloatArray) -> list[float]:
+def view_matrix(camera_to_world: FloatArray) -> list[float]:
     """Return OpenGL's view matrix (x right, y up, looking along -z), column by column."""
     to_camera = np.linalg.inv(camera_to_world)
     to_camera[1:3] *= -1.0

@@ -16,7 +16,7 @@ from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
 from graspbench.simulation.mounts.motors import POSITION_GAIN
 from graspbench.simulation.mounts.mount import Mount
 from graspbench.simulation.tip_friction import TipFriction
-from graspbench.simulation.world import World
+from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
 
@@ -56,7 +56,7 @@ class SimulatedHand:
     """
 
     def __init__(
-        self, world: World, hand: HandModel, mount: Mount, joints: FloatArray, friction: TipFriction
+        self, world: ObjectWorld, hand: HandModel, mount: Mount, joints: FloatArray, friction: TipFriction
     ) -> None:
         self.world = world
         self.hand = hand
@@ -64,6 +64,7 @@ class SimulatedHand:
         self._client = world.client
         self.body = self._load()
         ids, links = self._names()
+        self._ids = ids
         self._joint_ids = self._find(hand.joint_names, ids)
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
@@ -79,6 +80,16 @@ class SimulatedHand:
         """Set the palm's goal for the end of the next step, shape (4, 4)."""
         self.palm_goal = transform_palm_to_world
         self.mount.drive(transform_palm_to_world, time_step_s)
+
+    def put(self, joints: FloatArray) -> None:
+        """Put the fingers somewhere at once, at rest, shape (n_q,), and the joints that follow them."""
+        at = dict(zip(self.hand.joint_names, joints, strict=True))
+        for i, value in zip(self._joint_ids, joints, strict=True):
+            pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
+        for follower in self.hand.followers:
+            position = follower.ratio * at[follower.leader] + follower.offset
+            own = self._ids[follower.name]
+            pybullet.resetJointState(self.body, own, position, 0.0, physicsClientId=self._client)
 
     def palm_pose(self) -> FloatArray:
         """Return the palm's real transform_palm_to_world, shape (4, 4)."""
@@ -266,20 +277,45 @@ class SimulatedHand:
                 physicsClientId=self._client,
             )
 
+    def set_torsion(self, finger: int, torsional_m: float) -> None:
+        """Set the torque about the contact normal per normal force of one finger, m."""
+        spinning = spinning_friction(torsional_m, self._lateral, self.world.object_model.friction)
+        for link, (owner, _) in self._finger_of_link.items():
+            if owner == finger:
+                pybullet.changeDynamics(
+                    self.body, link, spinningFriction=spinning, physicsClientId=self._client
+                )
+
     def _set_friction(self, friction: TipFriction) -> None:
         # Bullet multiplies the two bodies' coefficients.
-        lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
+        self._lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
+        spinning = spinning_friction(friction.torsional_m, self._lateral, self.world.object_model.friction)
         for link in self._finger_of_link:
             pybullet.changeDynamics(
                 self.body,
                 link,
-                lateralFriction=lateral,
-                spinningFriction=friction.torsional_m,
+                lateralFriction=self._lateral,
+                spinningFriction=spinning,
                 rollingFriction=0.0,
                 restitution=0.0,
                 jointDamping=0.0,
                 physicsClientId=self._client,
             )
+
+
+def spinning_friction(torsional_m: float, own_lateral: float, object_lateral: float) -> float:
+    """Return a fingertip's spinning friction that makes a torque about the normal per normal force.
+
+    Bullet adds up each body's spinning friction times the other's lateral friction. The object's own, which
+    keeps it from spinning on the table for ever, bounds the torque from below.
+
+    Args:
+        torsional_m: Torque per normal force between fingertip and object, m.
+        own_lateral: Lateral friction of the fingertip in Bullet.
+        object_lateral: That of the object.
+    """
+    left = torsional_m - SPINNING_FRICTION_M * own_lateral
+    return max(left, 0.0) / max(object_lateral, 1e-6)
 
 
 def _touch(

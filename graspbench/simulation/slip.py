@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.simulated_hand import Touch
-from graspbench.simulation.stage import Stage
+from graspbench.simulation.simulated_hand import SimulatedHand, Touch
 
 
 class SlipMeter:
@@ -17,15 +16,16 @@ class SlipMeter:
     in the object's frame, so that trembling cancels out.
 
     Args:
-        stage: Hand and object.
+        hand: The hand, with the object in its world.
         fingers: The fingers to watch.
+        contact_force_n: Least normal force that counts as touch.
 
     Attributes:
         contacts_lost: Most fingers out of touch at a look, since the last `begin_phase`.
     """
 
-    def __init__(self, stage: Stage, fingers: tuple[int, ...]) -> None:
-        self._stage, self._fingers = stage, fingers
+    def __init__(self, hand: SimulatedHand, fingers: tuple[int, ...], contact_force_n: float) -> None:
+        self._hand, self._fingers, self._contact_force_n = hand, fingers, contact_force_n
         self._sums = np.zeros((len(fingers), 3))
         self._before: tuple[Sequence[Touch | None], FloatArray, FloatArray] | None = None
         self.contacts_lost = 0
@@ -41,10 +41,10 @@ class SlipMeter:
 
     def look(self) -> None:
         """Add the sliding since the last look."""
-        hand, p = self._stage.hand, self._stage.parameters
-        found = hand.touches(p.contact_force_n)
+        hand = self._hand
+        found = hand.touches(self._contact_force_n)
         touches = [found[f] for f in self._fingers]
-        object_pose, tip_poses = self._stage.world.object_pose(), hand.tip_poses(self._fingers)
+        object_pose, tip_poses = hand.world.object_pose(), hand.tip_poses(self._fingers)
         self.contacts_lost = max(self.contacts_lost, sum(touch is None for touch in touches))
         if self._before is not None:
             then, object_then, tips_then = self._before

@@ -25,32 +25,28 @@ _REST_STEPS = 120
 _REST_DRIFT_M = 5e-5
 _REST_TURN = 1e-3
 _ROLLING_FRICTION_M = 2e-4
-_SPINNING_FRICTION_M = 2e-4
+SPINNING_FRICTION_M = 2e-4
 
 
-class World:
-    """A PyBullet world of its own with the object at rest on the table top z = 0.
+class ObjectWorld:
+    """A PyBullet world of its own with one object in it, and nothing else; there is no gravity yet.
 
     Use it as a context manager, or call `close`.
 
     Args:
         object_model: The object.
-        scene: How the scene is set up.
-        seed: Draws the object's yaw when the scene leaves it open.
+        transform_object_to_world: Where it is first, shape (4, 4).
 
     Attributes:
         client: PyBullet's number of this world; pass it to every call.
         object_id: Body of the object.
-        table_id: Body of the table top, an infinite plane.
-        transform_object_to_world: Pose of the object's own frame at rest, shape (4, 4).
 
     Raises:
-        SimulationError: The object does not come to rest, or PyBullet cannot build it.
+        SimulationError: PyBullet cannot build it.
     """
 
-    def __init__(self, object_model: "ObjectModel", scene: SceneParameters, seed: int = 0) -> None:
+    def __init__(self, object_model: "ObjectModel", transform_object_to_world: FloatArray) -> None:
         self.object_model = object_model
-        self.scene = scene
         self._folder = tempfile.TemporaryDirectory(prefix="graspbench-")
         self.client = pybullet.connect(pybullet.DIRECT)
         try:
@@ -58,18 +54,14 @@ class World:
                 raise SimulationError(
                     "PyBullet opens no further world", remedy="close worlds that are no longer used"
                 )
-            pybullet.setGravity(0, 0, -scene.gravity, physicsClientId=self.client)
-            pybullet.setTimeStep(_TIME_STEP_S, physicsClientId=self.client)
             # Bullet keeps it for all worlds of a process: a world before this one may have changed it.
             pybullet.setPhysicsEngineParameter(
                 contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=self.client
             )
             self._transform_inertial_to_object, self._moments = _principal_axes(object_model)
             with captured_output():
-                self.table_id = self._add_table()
-                self.object_id = self._add_object(_start_pose(object_model, scene, seed))
-            self._settle()
-            self.transform_object_to_world = self.object_pose()
+                self._surround()
+                self.object_id = self._add_object(transform_object_to_world)
         except BaseException:
             self.close()
             raise
@@ -98,20 +90,16 @@ class World:
         pose: FloatArray = inertial_to_world @ np.linalg.inv(self._transform_inertial_to_object)
         return pose
 
-    def _add_table(self) -> int:
-        plane = pybullet.createCollisionShape(
-            pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=self.client
+    def put_object(self, transform_object_to_world: FloatArray) -> None:
+        """Put the object somewhere, at rest, shape (4, 4)."""
+        pose = transform_object_to_world @ self._transform_inertial_to_object
+        pybullet.resetBasePositionAndOrientation(
+            self.object_id, pose[:3, 3].tolist(), quaternion_of(pose), physicsClientId=self.client
         )
-        table: int = pybullet.createMultiBody(0.0, plane, physicsClientId=self.client)
-        pybullet.changeDynamics(
-            table,
-            -1,
-            lateralFriction=self.scene.table_friction,
-            rollingFriction=_ROLLING_FRICTION_M,
-            spinningFriction=_SPINNING_FRICTION_M,
-            physicsClientId=self.client,
-        )
-        return table
+        pybullet.resetBaseVelocity(self.object_id, [0.0] * 3, [0.0] * 3, physicsClientId=self.client)
+
+    def _surround(self) -> None:
+        """Set up what is there before the object: in a world of the object alone, nothing."""
 
     def _add_object(self, object_to_world: FloatArray) -> int:
         """Add the object as a compound of its convex parts, with its own mass and inertia."""
@@ -147,11 +135,60 @@ class World:
             localInertiaDiagonal=self._moments.tolist(),
             lateralFriction=model.friction,
             rollingFriction=_ROLLING_FRICTION_M,
-            spinningFriction=_SPINNING_FRICTION_M,
+            spinningFriction=SPINNING_FRICTION_M,
             collisionMargin=_COLLISION_MARGIN_M,
             physicsClientId=self.client,
         )
         return body
+
+
+class World(ObjectWorld):
+    """A PyBullet world of its own with the object at rest on the table top z = 0.
+
+    Use it as a context manager, or call `close`.
+
+    Args:
+        object_model: The object.
+        scene: How the scene is set up.
+        seed: Draws the object's yaw when the scene leaves it open.
+
+    Attributes:
+        table_id: Body of the table top, an infinite plane.
+        transform_object_to_world: Pose of the object's own frame at rest, shape (4, 4).
+
+    Raises:
+        SimulationError: The object does not come to rest, or PyBullet cannot build it.
+    """
+
+    def __init__(self, object_model: "ObjectModel", scene: SceneParameters, seed: int = 0) -> None:
+        self.scene = scene
+        super().__init__(object_model, _start_pose(object_model, scene, seed))
+        try:
+            self._settle()
+            self.transform_object_to_world = self.object_pose()
+        except BaseException:
+            self.close()
+            raise
+
+    def _surround(self) -> None:
+        pybullet.setGravity(0, 0, -self.scene.gravity, physicsClientId=self.client)
+        pybullet.setTimeStep(_TIME_STEP_S, physicsClientId=self.client)
+        self.table_id = self._add_table()
+
+    def _add_table(self) -> int:
+        plane = pybullet.createCollisionShape(
+            pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=self.client
+        )
+        table: int = pybullet.createMultiBody(0.0, plane, physicsClientId=self.client)
+        pybullet.changeDynamics(
+            table,
+            -1,
+            lateralFriction=self.scene.table_friction,
+            rollingFriction=_ROLLING_FRICTION_M,
+            spinningFriction=SPINNING_FRICTION_M,
+            physicsClientId=self.client,
+        )
+        return table
 
     def _settle(self) -> None:
         """Step until the object has kept its place for a while (its speed alone may jitter)."""

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import IntervalSweep, Override
-from hydra.errors import HydraException
 
+from graspbench.config.overrides import parse_override
 from graspbench.errors import ConfigurationError, LogError, sentence, shown
 from graspbench.results.columns import results_frame
-from graspbench.results.store import ResultStore, writable
+from graspbench.results.store import ResultStore, open_for_appending, writable
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ def split_axes(overrides: Sequence[str]) -> tuple[list[Axis], list[str]]:
     """
     axes, grid = [], []
     for text in overrides:
-        override = _parsed(text)
+        override = parse_override(text, "write key=value or key=interval(low,high)")
         value = override.value()
         if isinstance(value, IntervalSweep):
             axes.append(_axis(override, value))
@@ -164,7 +163,7 @@ def _readable_study(path: Path) -> Iterator["optuna.storages.RDBStorage"]:
         return sqlite3.connect(path, timeout=_WAIT_S)
 
     with writable(path):
-        path.open("ab").close()
+        open_for_appending(path).close()
     try:
         yield optuna.storages.RDBStorage(
             "sqlite://", engine_kwargs={"creator": connect, "poolclass": NullPool}
@@ -175,15 +174,6 @@ def _readable_study(path: Path) -> Iterator["optuna.storages.RDBStorage"]:
             f"the study {path} cannot be used ({reason})",
             remedy="move it away: the trials that are finished are found again",
             path=path,
-        ) from error
-
-
-def _parsed(text: str) -> Override:
-    try:
-        return OverridesParser.create().parse_override(text)
-    except HydraException as error:
-        raise ConfigurationError(
-            f"the override '{text}' cannot be read", remedy="write key=value or key=interval(low,high)"
         ) from error
 
 

@@ -3,13 +3,47 @@
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
 
 from graspbench.compiled import seconds_compiling
+
+if TYPE_CHECKING:
+    from graspbench.planning.search.engine import Progress
 
 T = TypeVar("T")
 
 COMPILING = "compiling"
+
+
+@dataclass
+class Watch:
+    """What a trial is at, for whoever looks on from another thread; each field is set at once.
+
+    Attributes:
+        stage: The stage that is under way; empty between two.
+        began: When it began, by `time.perf_counter`, s.
+        search: How far the global search is, while there is one; it changes as the search goes on.
+    """
+
+    stage: str = ""
+    began: float = 0.0
+    search: "Progress | None" = None
+
+    def follow(self, progress: "Progress") -> None:
+        """Look at a search from now on."""
+        self.search = progress
+
+    @contextmanager
+    def at(self, stage: str) -> Iterator[None]:
+        """Name the stage that a block is."""
+        before = self.stage, self.began
+        self.stage, self.began = stage, time.perf_counter()
+        try:
+            yield
+        finally:
+            self.stage, self.began = before
+            self.search = None
 
 
 class StageClock:
@@ -21,9 +55,13 @@ class StageClock:
 
     Args:
         on_stage: Called with the stage's name and its seconds.
+        watch: Is told which stage is under way.
     """
 
-    def __init__(self, on_stage: Callable[[str, float], None] | None = None) -> None:
+    def __init__(
+        self, on_stage: Callable[[str, float], None] | None = None, watch: Watch | None = None
+    ) -> None:
+        self.watch = watch or Watch()
         self.seconds: dict[str, float] = {}
         self.compiled: list[str] = []
         self._on_stage = on_stage
@@ -32,7 +70,8 @@ class StageClock:
     def stage(self, name: str) -> Iterator[None]:
         """Time a block; a stage that runs several times adds up."""
         started, compiling = time.perf_counter(), seconds_compiling()
-        yield
+        with self.watch.at(name):
+            yield
         spent = seconds_compiling() - compiling
         self._note(name, spent)
         self.add(name, time.perf_counter() - started - spent)
@@ -54,14 +93,16 @@ class StageClock:
         heard: list[tuple[str, float]] = []
         self._on_stage = lambda *stage: heard.append(stage)
         try:
-            result = work()
+            with self.watch.at(name):
+                result = work()
         finally:
             self._on_stage = listener
         spent = seconds_compiling() - compiling
         if spent > 0.0:
             self._note(name, spent)
             self.seconds = before
-            return work()
+            with self.watch.at(name):
+                return work()
         for stage in heard:
             self._tell(*stage)
         return result

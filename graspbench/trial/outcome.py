@@ -7,8 +7,9 @@ import trimesh
 
 from graspbench.geometry.distance import distances_to_mesh
 from graspbench.grasp import Grasp, QualityParameters
+from graspbench.grasp.distance import diversity_m
 from graspbench.grasp.measure import evaluate_measures
-from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp, SearchParameters
+from graspbench.planning import GlobalResult, LocalPlan, Plan, RefinedGrasp, SearchParameters
 from graspbench.planning.global_search import outer_triangle_m2
 from graspbench.reconstruction import Surface
 from graspbench.results.about import picked
@@ -17,6 +18,7 @@ from graspbench.results.grasp_results import (
     FormedResult,
     GlobalGraspResult,
     LocalResult,
+    PlannedResult,
     PostureResult,
     RefinedGraspResult,
     RestartedResult,
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 def local_result(
     trial: "PlannedTrial", quality: QualityParameters | None = None, search: SearchParameters | None = None
 ) -> LocalResult:
-    """Return the local planner's grasp and how it was found.
+    """Return the planner's grasp and how it was found.
 
     Args:
         trial: The planned trial.
@@ -42,15 +44,29 @@ def local_result(
     plan, last = trial.plan, trial.surfaces[-1]
     found: LocalResult = picked(
         LocalResult,
+        PlannedResult,
         plan,
+        plan.details,
         **_grasp(plan.grasp),
         **plan.quality._asdict(),
         **_verification(trial),
-        formed=_formed(plan),
+        formed={} if plan.details is None else _formed(plan.details),
         mirtich_canny=None if search is None else _outer_triangle(plan.grasp, search),
         measures={} if quality is None else _measures(plan.grasp, last, quality),
     )
     return found
+
+
+def planned_result(name: str, plan: Plan) -> PlannedResult:
+    """Return which planner planned, and when its grasps came."""
+    diversity = diversity_m([timed.found.grasp.points for timed in plan.found])
+    return PlannedResult(
+        planner=name,
+        grasps=len(plan.found),
+        first_s=plan.first_s,
+        best_s=plan.best_s,
+        diversity_mm=None if diversity is None else 1e3 * diversity,
+    )
 
 
 def restarted_result(plan: LocalPlan) -> RestartedResult:

@@ -1,20 +1,25 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import PlanningError, TrialError
 from graspbench.grasp import Grasp
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
     JointPath,
     LocalPlan,
+    Plan,
+    PlannerParameters,
     RefinedGrasp,
     clear_approach,
     make_index,
+    payload_n,
     plan_global,
     plan_restarted,
     refine,
@@ -30,12 +35,13 @@ from graspbench.trial.outcome import (
     global_results,
     local_result,
     object_result,
+    planned_result,
     ratios,
     reconstruction_result,
     refined_results,
     restarted_result,
 )
-from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, planned_trial
+from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
 
 
 def run_grasp(
@@ -54,9 +60,11 @@ def run_grasp(
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
-    with planned_trial(config, clock) as trial:
+    evidence = Evidence()
+    with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
         with clock.stage("record"):
             _record_plan(log, trial)
+        _check_payload(config, trial)
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
@@ -75,24 +83,73 @@ def run_grasp(
         if execution is not None:
             log.motion(trial.hand.joint_names, execution.motion)
         log.scores(_scores(result))
+    if folder is not None and execution is not None:
+        film(config, trial, execution.motion, folder, clock)
     if folder is not None and config.record.pictures:
         with clock.stage("pictures"):
             from graspbench.trial.pictures import draw_trial  # loads Matplotlib
 
             wanted = config.record
-            draw_trial(folder, config.index_name, trial, paths, for_print=wanted.print, titles=wanted.titles)
+            draw_trial(
+                folder,
+                config.index_name,
+                trial,
+                paths,
+                execution,
+                for_print=wanted.print,
+                titles=wanted.titles,
+            )
     return result
+
+
+@contextmanager
+def _pictured(
+    config: TrialConfig, evidence: Evidence, folder: Path | None, clock: StageClock
+) -> Iterator[None]:
+    """Draw what there is when a trial fails inside the block."""
+    try:
+        yield
+    except TrialError:
+        if folder is not None and config.record.pictures:
+            with clock.stage("pictures"):
+                from graspbench.trial.pictures import draw_evidence  # loads Matplotlib
+
+                draw_evidence(folder, evidence, for_print=config.record.print)
+        raise
+
+
+def _check_payload(config: TrialConfig, trial: PlannedTrial) -> None:
+    """Refuse to lift what is too heavy for the hand with the planned grasp, as far as it is known."""
+    grasp, safety = trial.plan.grasp, config.execution.payload_safety
+    lifts = config.execution.until not in ("off", "contact")
+    if trial.scene is None or grasp.posture is None or not lifts or safety == 0.0:
+        return
+    carried_n = payload_n(
+        trial.hand, grasp.posture, grasp.points, -grasp.normals, grasp.centroid, config.quality.friction
+    )
+    mass_kg, limit_kg = trial.scene.model.mass_kg, carried_n / config.scene.gravity
+    if limit_kg < safety * mass_kg:
+        raise PlanningError(
+            f"'{trial.name}' is too heavy for the hand '{trial.hand.name}': it weighs {mass_kg:.2f} kg, joint"
+            f" torques and friction carry {limit_kg:.2f} kg at best with the planned grasp; {safety:g} times"
+            " its weight is wanted",
+            remedy="take a stronger hand (hand.effort_limit_nm), more friction, or a "
+            "lower execution.payload_safety",
+            mass_kg=mass_kg,
+            payload_kg=limit_kg,
+        )
 
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
     """Plan by multi-start on the finished surface, if that is asked for."""
-    if not config.planner.restart:
+    planner = config.planner
+    if not isinstance(planner, PlannerParameters) or not planner.restart:
         return None
     fingers, quality = config.hand.fingers, config.quality
     index = make_index(config.index_name, config.index, fingers, quality)
     return clock.run(
         "restart",
-        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, config.planner, quality),
+        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, planner, quality),
     )
 
 
@@ -120,6 +177,7 @@ def _plan_global(
             checker=trial.checker,
             centre_tolerance_m=_centre_tolerance(config, trial, restarted),
             starts=_known(trial.plan, restarted, *refined.values()),
+            on_begin=clock.watch.follow,
         )
 
     return {
@@ -128,7 +186,7 @@ def _plan_global(
     }
 
 
-def _known(*found: LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
+def _known(*found: Plan | LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
     return tuple(each.grasp for each in found if each is not None)
 
 
@@ -188,6 +246,7 @@ def _result(
         started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
+        planned=planned_result(config.planner_name, trial.plan),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,

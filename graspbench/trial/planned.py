@@ -1,9 +1,10 @@
-"""The front half of a trial: from images to a grasp by the local planner."""
+"""The front half of a trial: from images to a planned grasp."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,12 +19,20 @@ from graspbench.hand import GraspChecker, HandModel, load_hand
 from graspbench.perception import Silhouette, View
 from graspbench.perception import silhouettes as find_silhouettes
 from graspbench.perception.images import load_views
-from graspbench.planning import LocalPlan, centre_gain, make_index, plan_local
+from graspbench.planning import (
+    Plan,
+    PlanningProblem,
+    centre_gain,
+    make_index,
+    make_planner,
+    plan_with,
+)
 from graspbench.reconstruction import Surface, reconstruct
 from graspbench.trial.clock import StageClock
 
 if TYPE_CHECKING:
     from graspbench.simulation import World
+    from graspbench.simulation.execution_result import Motion
 
 
 @dataclass(frozen=True)
@@ -43,7 +52,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class PlannedTrial:
-    """A trial up to its local plan.
+    """A trial up to its plan.
 
     Attributes:
         name: What the object is called.
@@ -53,7 +62,7 @@ class PlannedTrial:
         views: The images.
         silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
-        plan: The local plan.
+        plan: What the planner found.
     """
 
     name: str
@@ -63,23 +72,43 @@ class PlannedTrial:
     views: tuple[View, ...]
     silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
-    plan: LocalPlan
+    plan: Plan
+
+
+@dataclass
+class Evidence:
+    """What a trial has come to so far, for a look at one that failed on its way.
+
+    Attributes:
+        views: The images.
+        silhouettes: Their silhouettes.
+        surfaces: The reconstruction's snapshots.
+    """
+
+    views: tuple[View, ...] = ()
+    silhouettes: tuple[Silhouette, ...] = ()
+    surfaces: list[Surface] = field(default_factory=list)
 
 
 @contextmanager
-def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTrial]:
-    """Take images, reconstruct and plan locally; the simulated world stays open inside the block.
+def planned_trial(
+    config: TrialConfig, clock: StageClock, evidence: Evidence | None = None
+) -> Iterator[PlannedTrial]:
+    """Take images, reconstruct and plan; the simulated world stays open inside the block.
 
     Args:
         config: What to run.
         clock: Times the stages.
+        evidence: Filled on the way.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: No surface or no grasp was found.
     """
+    evidence = evidence or Evidence()
     fingers = config.hand.fingers
     index = make_index(config.index_name, config.index, fingers, config.quality)
+    planner = make_planner(config.planner_name, config.planner)
     with clock.stage("hand"):
         hand = load_hand(config.hand)
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
@@ -91,17 +120,33 @@ def planned_trial(config: TrialConfig, clock: StageClock) -> Iterator[PlannedTri
         else:
             scene, views = _photograph(config, checker, clock, stack)
             name = scene.model.name
+        evidence.views = tuple(views)
         silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+        evidence.silhouettes = silhouettes
 
-        def plan_while_forming() -> tuple[list[Surface], LocalPlan]:
+        def plan_while_forming() -> tuple[list[Surface], Plan]:
             surfaces: list[Surface] = []
+            evidence.surfaces = surfaces
             snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
-            plan = plan_local(snapshots, index, checker, fingers, config.planner, config.quality)
+            problem = PlanningProblem(
+                snapshots, checker, fingers, index, config.quality, config.seed, config.planner.time_limit_s
+            )
+            plan = plan_with(planner, problem)
             clock.add("local_planning", plan.planning_time_s)
             return surfaces, plan
 
         surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
         yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+
+
+def film(config: TrialConfig, trial: PlannedTrial, motion: "Motion", folder: Path, clock: StageClock) -> None:
+    """Film what was executed, if that is asked for."""
+    if trial.scene is None or not config.record.video:
+        return
+    from graspbench.simulation.film import film_execution
+
+    with clock.stage("video"):
+        film_execution(folder, trial.scene.model, config.scene, trial.hand, motion)
 
 
 def centre_tolerance_m(config: TrialConfig, planned: Iterable[Grasp]) -> float | None:

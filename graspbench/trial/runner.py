@@ -15,10 +15,18 @@ from graspbench.geometry import object_name
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import NO_ROOM, RESULT_FILE, SCHEMA_VERSION, ResultStore, no_room, writable
+from graspbench.results.store import (
+    NO_ROOM,
+    RESULT_FILE,
+    SCHEMA_VERSION,
+    ResultStore,
+    is_own_file,
+    no_room,
+    writable,
+)
 from graspbench.results.traces import without_places
 from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
-from graspbench.trial.clock import StageClock
+from graspbench.trial.clock import StageClock, Watch
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
@@ -68,6 +76,7 @@ def run_trial(
     log: TrialLog | None = None,
     picture_dir: Path | None = None,
     on_stage: Listener | None = None,
+    watch: Watch | None = None,
 ) -> TrialResult:
     """Run one trial, a grasp or an in-hand motion; nothing is stored.
 
@@ -76,14 +85,16 @@ def run_trial(
         log: Where to record it, stage by stage; None records nothing.
         picture_dir: Where its pictures go; None draws none.
         on_stage: Called with each stage's name and seconds.
+        watch: Is told, as the trial goes on, what it is at.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
     module, name, _ = _PROCEDURES[config.kind]
-    procedure: Procedure = getattr(import_module(module), name)
-    clock = StageClock(on_stage)
+    clock = StageClock(on_stage, watch)
+    with clock.watch.at("loading"):
+        procedure: Procedure = getattr(import_module(module), name)
     result = procedure(
         config, _started(config), log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock
     )
@@ -95,6 +106,7 @@ def run_and_store(
     store: ResultStore,
     *,
     on_stage: Listener | None = None,
+    watch: Watch | None = None,
     contain: bool = False,
 ) -> TrialResult:
     """Run one trial and write its folder: configuration, result, log and pictures.
@@ -103,6 +115,7 @@ def run_and_store(
         config: The trial, a grasp or an in-hand motion.
         store: Where its folder goes.
         on_stage: Called with each stage's name and seconds.
+        watch: Is told, as the trial goes on, what it is at.
         contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
 
     Returns:
@@ -120,7 +133,9 @@ def run_and_store(
             with TrialLog(folder / _PROCEDURES[config.kind][2], config.record) as log:
                 log.attach(CONFIG_FILE, text)
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
-                result = run_trial(config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage))
+                result = run_trial(
+                    config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage), watch=watch
+                )
         except Exception as error:
             if isinstance(error, OSError) and error.errno in NO_ROOM:
                 raise no_room(folder, error) from error  # the disk's failure, not the trial's
@@ -146,7 +161,8 @@ def failed_result(
     with store.writing(config.trial_id) as folder, writable(folder):
         (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
-            shutil.copyfile(log, folder / log.name)
+            if is_own_file(log):
+                shutil.copyfile(log, folder / log.name)
         if details:
             (folder / ERROR_FILE).write_text(without_places(details), encoding="utf-8")
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")

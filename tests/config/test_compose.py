@@ -2,6 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graspbench.config.schema import PLUGGED
 from graspbench.errors import ConfigurationError
 from graspbench.experiment import config_from_tree, expand_sweep, group_options, load_config
 
@@ -19,9 +20,8 @@ def test_every_option_of_every_group_composes():
             continue
         for option in options:
             extra = ["hand.fingers=3"] if group == "index" else []
-            assert (
-                load_config([f"{group}={option}", *extra]).tree[group]["name"] if group == "index" else True
-            )
+            tree = load_config([f"{group}={option}", *extra]).tree
+            assert group not in PLUGGED or tree[group]["name"] in PLUGGED[group][0].names()
 
 
 def test_value_overrides_reach_the_parameters():
@@ -65,6 +65,10 @@ def test_identity_follows_the_content_of_a_users_mesh(tmp_path):
         (["a b c"], ["a b c"]),
         (["object"], ["object"]),
         (["stations.inner=4"], ["stations.inner.count"]),
+        (
+            ["index=quality_ascent", "index.k_cm=0"],
+            ["quality_ascent has no", "belongs to force_field", "[index=quality_ascent]", "grids"],
+        ),
         (["seed=-1"], ["seed"]),
         (["seed=1.5"], ["seed"]),
     ],

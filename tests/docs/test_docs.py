@@ -1,6 +1,8 @@
 """Every command and every Python block of the documentation is run; what is generated is in step."""
 
+import json
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -66,6 +68,31 @@ def test_columns_reference_is_in_step(cli):  # noqa: F811
     assert written == cli("config", "--columns").stdout, (
         "run: graspbench config --columns > docs/reference/columns.md"
     )
+
+
+def test_python_reference_is_in_step(capsys):
+    runpy.run_path(str(DOCS.parent / "scripts/api"), run_name="__main__")
+    written = (DOCS / "reference/python.md").read_text(encoding="utf-8")
+    assert written == capsys.readouterr().out, "run: .venv/bin/python scripts/api > docs/reference/python.md"
+
+
+@pytest.mark.parametrize("path", sorted((DOCS / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem)
+def test_a_notebook_runs(path, capsys):
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    names = {}
+    for number, cell in enumerate(cells):
+        if cell["cell_type"] == "code":
+            exec(compile("".join(cell["source"]), f"{path.name}, cell {number}", "exec"), names)
+            assert cell["outputs"] == []  # what a run printed is not stored: it would go stale
+    assert "done" in capsys.readouterr().out
+
+
+def test_every_picture_of_the_pages_has_a_script_that_draws_it():
+    script = (DOCS.parent / "scripts/pictures").read_text(encoding="utf-8")
+    for page in (DOCS.parent / "README.md", *DOCS.rglob("*.md")):
+        for name in re.findall(r"\]\((?:\.\./|docs/)*assets/([\w-]+)\.(?:png|gif)\)", page.read_text()):
+            assert (DOCS / "assets" / f"{name}.png").is_file() or (DOCS / "assets" / f"{name}.gif").is_file()
+            assert re.search(rf"\b{name}\b", script), f"{page.name}: scripts/pictures draws no {name}"
 
 
 def test_site_builds_without_a_warning(tmp_path):

@@ -4,7 +4,6 @@ With GRASPBENCH_FUZZ=200 in the environment so many folders are tried instead of
 """
 
 import json
-import os
 import shutil
 
 import numpy as np
@@ -12,8 +11,10 @@ import pandas as pd
 import pytest
 
 from tests.e2e.test_streams_and_disks import QUICK
+from tests.fuzz import Budget
 
-FOLDERS = int(os.environ.get("GRASPBENCH_FUZZ", "4"))
+BUDGET = Budget(4)
+FOLDERS = BUDGET.count
 TRIALS = 3
 WORDS = [
     "null",
@@ -65,7 +66,7 @@ def damaged(content, rng):
     return bytes(broken)
 
 
-@pytest.mark.timeout(3600)
+@BUDGET.timeout
 def test_damaged_folders_are_reported_row_by_row(cli, whole, tmp_path):
     rng = np.random.default_rng(5)
     unreadable = 0
@@ -92,6 +93,7 @@ def test_damaged_folders_are_reported_row_by_row(cli, whole, tmp_path):
         shutil.rmtree(folder)
     print(f"{FOLDERS} folders, {unreadable} unreadable trials")
     assert unreadable
+    BUDGET.check_memory()
 
 
 def test_an_unreadable_trial_is_run_again_on_request(cli, whole, tmp_path):

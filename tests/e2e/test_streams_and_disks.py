@@ -28,10 +28,20 @@ def test_a_full_output_is_one_sentence():
     assert (done.returncode, done.stderr) == (2, "graspbench: No space left on device.\n")
 
 
-@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&-"])
-def test_a_closed_output_is_no_place_to_print_into(closed):
-    done = shell(f"graspbench objects list {closed}")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+@pytest.mark.parametrize("closed", [">&-", "<&- >&-", ">&- 2>&-"])
+def test_a_closed_output_is_told_before_anything_is_done(closed, tmp_path):
+    done = shell(f"graspbench run -o '{tmp_path / 'r'}' {closed}")
+    told = "graspbench: the standard output is closed: send it to a file, or to /dev/null.\n"
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == ("" if "2>" in closed else told)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("quiet", ["2>&-", "<&-", "| head -n 1"])
+def test_a_pipe_that_is_closed_or_a_closed_progress_ends_quietly(quiet):
+    done = shell(f"graspbench objects list --json {quiet}")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("{")
 
 
 def test_an_output_of_ascii_alone_gets_what_it_can_take(tmp_path):

@@ -4,8 +4,6 @@ With GRASPBENCH_FUZZ=500 in the environment so many are tried instead of a few (
 """
 
 import contextlib
-import os
-import resource
 import time
 
 import numpy as np
@@ -14,9 +12,11 @@ import trimesh
 
 from graspbench.errors import MeshError
 from graspbench.geometry import check_mesh, repair_mesh
+from tests.fuzz import Budget
 from tests.geometry.bad_meshes import ball, one_sentence, torus
 
-FILES = int(os.environ.get("GRASPBENCH_FUZZ", "60"))
+BUDGET = Budget(60)
+FILES = BUDGET.count
 FORMATS = ("obj", "off", "stl", "stl_ascii", "ply", "ply_ascii", "glb")
 NUMBERS = [b"0", b"-1", b"nan", b"inf", b"1e308", b"99999999999", b"\xc2\xb3", b"1_0", b"0x7", b"", b"-0.0"]
 
@@ -60,6 +60,7 @@ def mutated(content, rng):
     return bytes(broken)
 
 
+@BUDGET.timeout
 @pytest.mark.parametrize("kind", FORMATS)
 def test_mutated_files_are_told_about_in_one_sentence(kind, tmp_path):
     rng = np.random.default_rng(FORMATS.index(kind))
@@ -77,5 +78,5 @@ def test_mutated_files_are_told_about_in_one_sentence(kind, tmp_path):
             assert (after.bodies, after.watertight) == (1, True)
             assert fixed.volume > 0.0
         slowest = max(slowest, time.process_time() - start)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(f"{kind}: slowest {slowest:.2f} s, {memory:.2f} GB")
+    print(f"{kind}: slowest {slowest:.2f} s")
+    BUDGET.check_memory()

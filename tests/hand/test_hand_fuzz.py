@@ -1,6 +1,5 @@
 """Spoilt hand files: read, or refused in one sentence; never a traceback."""
 
-import os
 import random
 import re
 
@@ -9,9 +8,10 @@ import pytest
 
 from graspbench.errors import GraspbenchError
 from graspbench.hand.importing.importer import Guesses, import_hand
+from tests.fuzz import Budget
 from tests.hand.small_hands import PALM, fingers, three_joints
 
-TRIALS = int(os.environ.get("GRASPBENCH_FUZZ", "0")) or 12
+TRIALS = Budget(12).count
 _PARTS = r"<joint .*?</joint>|<link .*?</link>|<(parent|child) [^>]*/>|<limit [^>]*/>"
 NUMBERS = ("0", "-1", "nan", "inf", "1e308", "-1e-308", "", "x", "1,5", "0x10", "٣")
 

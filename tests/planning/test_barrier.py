@@ -6,7 +6,7 @@ import pinocchio
 import pytest
 
 from graspbench.hand import GraspChecker, HandParameters, load_hand
-from graspbench.hand.verification import _bodies, _distance
+from graspbench.hand.verification import _distance, link_of_shapes
 from graspbench.planning.barrier import (
     BarrierValues,
     KinematicBarrier,
@@ -120,7 +120,7 @@ def coal_clearance(hand, joints):
     pinocchio.forwardKinematics(hand.model, data, joints)
     items = hand.geometry.geometryObjects
     placed = [data.oMi[item.parentJoint] * item.placement for item in items]
-    bodies = _bodies(hand)
+    bodies = link_of_shapes(hand)
     pairs = {
         frozenset((tuple(hand.shapes.index[a, :2]), tuple(hand.shapes.index[b, :2])))
         for a, b in hand.shapes.pairs

@@ -86,7 +86,7 @@ def test_best_by_quality_is_at_least_as_good_as_the_first():
 
 def test_concurrent_plan_is_the_same_and_reports_both_times():
     surfaces = shrinking(radial(waved), steps=6)
-    lockstep, concurrent = plan(surfaces), plan(surfaces, mode="concurrent")
+    lockstep, concurrent = plan(surfaces, mode="lockstep"), plan(surfaces)
     same(lockstep, concurrent)
     assert concurrent.surfaces_made == concurrent.iterations == 6
     for found in (lockstep, concurrent):

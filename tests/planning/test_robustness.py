@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspbench.grasp.internal_forces import friction_reserve
 from graspbench.grasp.quality import QualityParameters, grasp_quality
 from graspbench.planning.index import make_index
 from graspbench.planning.indices.force_field import ForceFieldParameters
 from graspbench.planning.indices.mirtich_canny import MirtichCannyParameters
 from graspbench.planning.indices.quality_ascent import QualityAscentParameters
+from graspbench.planning.judge import Candidate, Judge
 from graspbench.planning.local import plan_local
 from graspbench.planning.parameters import PlannerParameters, RobustParameters
 from graspbench.planning.robustness import Robustness
@@ -108,3 +110,51 @@ def test_with_any_index_the_most_robust_of_its_best_is_taken(name):
     worth = [measure.expected_q3(found.grasp.vertices) for found in (plain, robust)]
     assert worth[1] >= worth[0] * (1 - 1e-9)
     assert all(a <= b for a, b in itertools.pairwise([0.0, *worth]))
+
+
+@pytest.mark.parametrize("name", INDICES)
+def test_of_grasps_that_an_index_thinks_equal_one_keeps_friction(name):
+    def radius(d):  # a top that tapers: friction is lost on its flanks
+        return 0.03 * (
+            1.0 - 0.35 * d[:, 2] + 0.1 * np.cos(2 * np.arctan2(d[:, 1], d[:, 0])) * (1 - d[:, 2] ** 2)
+        )
+
+    surfaces = shrinking(radial(radius), steps=5)
+    index = make_index(name, INDICES[name], 3, QUALITY)
+
+    def plan(**chosen):
+        robust = RobustParameters(**chosen)
+        planner = PlannerParameters(planes=4, followers=12, robust=robust)
+        found = plan_local(iter(surfaces), index, None, 3, planner, QUALITY)
+        grasp = found.grasp
+        reserve = friction_reserve(grasp.points - grasp.centroid, -grasp.normals, QUALITY.friction)
+        return found.score, reserve
+
+    plain_score, plain = plan(reserve=0.0)
+    for wanted in (0.3, 0.95):
+        score, kept = plan(reserve=wanted, tolerance=0.2, equals=30)
+        assert score >= plain_score - 0.2 * abs(plain_score) - 1e-12
+        assert kept >= min(wanted, plain) - 0.04
+    same = plan(reserve=0.95, tolerance=0.0)
+    assert same[0] == pytest.approx(plain_score)
+
+
+def test_friction_in_reserve_decides_among_equals_only():
+    index = make_index("force_field", ForceFieldParameters(), 3, QUALITY)
+    judge = Judge(
+        index, None, PlannerParameters(robust=RobustParameters(reserve=0.45, tolerance=0.1)), QUALITY
+    )
+
+    def candidate(merit, reserve):
+        return Candidate(None, None, None, merit, merit, reserve)
+
+    best, firm, other = candidate(3.0, 0.2), candidate(2.8, 0.45), candidate(2.75, 0.3)
+    assert judge.best([best, other]) is other
+    assert judge.best([best, other, firm]) is firm
+    assert judge.best([best, candidate(2.6, 0.45)]) is best  # too far below to count as equal
+    assert not judge.enough([best], 2.9)
+    assert judge.enough([best], 2.6)
+    assert judge.enough([best, firm], 2.8)
+    assert not judge.enough([best, firm], 2.85)
+    assert judge.enough([candidate(-1.0, 0.2)], -1.2)
+    assert not judge.enough([candidate(-1.0, 0.2)], -1.05)

@@ -12,9 +12,11 @@ from mcap.reader import make_reader
 
 from graspbench.errors import LogError
 from graspbench.record import log_info, recover_log
+from tests.fuzz import Budget
 from tests.record.test_mcap_log import write
 
-FILES = int(os.environ.get("GRASPBENCH_FUZZ", "60"))
+BUDGET = Budget(60)
+FILES = BUDGET.count
 
 
 def damaged(content, rng):
@@ -98,6 +100,7 @@ def test_a_broken_length_costs_one_record(tmp_path, whole):
         assert saved.lost
 
 
+@BUDGET.timeout
 def test_damaged_files_are_told_about_in_one_sentence(whole, tmp_path):
     content, before = whole.read_bytes(), log_info(whole)
     rng = np.random.default_rng(20)
@@ -118,6 +121,7 @@ def test_damaged_files_are_told_about_in_one_sentence(whole, tmp_path):
         assert set(saved.messages) <= set(before.messages)
         saved.path.unlink()
     assert refused < 0.2 * FILES
+    BUDGET.check_memory()
 
 
 def test_what_is_no_regular_file_is_refused(tmp_path):

@@ -1,6 +1,7 @@
 """The report's page: what is in it, and that it works in a browser without a network."""
 
 import base64
+import contextlib
 import io
 import json
 import os
@@ -15,9 +16,11 @@ import pandas as pd
 import pytest
 
 from graspbench.errors import LogError
+from graspbench.report import html
 from graspbench.report.geometry import read_geometry, trial_geometry, unpack_points, write_geometry
 from graspbench.report.html import write_page
 from graspbench.report.tables import plain_table
+from graspbench.simulation import film
 from tests.report import browser
 
 NAMES = ("teddy", "duck", "bottle", "teddy", "duck", "</script><b>mug")
@@ -43,7 +46,17 @@ def experiment(tmp_path, trial, paths):
         if k < 4:
             write_geometry(*trial_geometry(trial.surfaces[-1], trial.grasp, paths), folders[trial_id])
             cv2.imwrite(str(folders[trial_id] / "grasp.png"), np.full((90, 120, 3), 40 * k, np.uint8))
+        if k == 1:
+            _write_film(folders[trial_id] / "execution.mp4")
     return pd.DataFrame(rows), folders
+
+
+def _write_film(path):
+    codec, _ = film._CODECS[0]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), 12.0, (64, 48))
+    for k in range(3):
+        writer.write(np.full((48, 64, 3), 80 * k, np.uint8))
+    writer.release()
 
 
 def test_geometry_is_kept_to_a_hundredth_of_a_millimetre(trial, paths, tmp_path):
@@ -91,6 +104,7 @@ def test_page_sorts_filters_and_draws_in_a_browser(experiment, tmp_path):
         window.open(page)
         _sorts_and_filters(window)
         _shows_a_trial(window)
+        _plays_a_film(window)
         _saves_plots(window)
         _keeps_filters_in_the_address(window, page)
         window.resize(390, 844)
@@ -179,6 +193,51 @@ def _shows_a_trial(window):
     assert window.run("return document.querySelector('.pictures img').naturalWidth") == 120
     window.run("document.getElementById('next').click()")
     window.run("document.getElementById('close').click()")
+
+
+def _plays_a_film(window):
+    opened = """
+        const at = DATA.rows.findIndex((_, i) => (DATA.media[i] || []).some(([kind]) => kind === 'film'));
+        openTrial(at);
+        const film = document.querySelector('.pictures video');
+        film.play();
+        return new Promise(done => {
+            const look = left => {
+                if (left && !film.error && (film.readyState < 2 || !film.currentTime))
+                    return setTimeout(() => look(left - 1), 50);
+                done([film.videoWidth, film.readyState, film.error && film.error.message, film.currentTime]);
+                document.getElementById('close').click();
+            };
+            look(200);
+        });
+    """
+    width, state, error, time_s = window.run(opened)
+    assert (width, error) == (64, None)
+    assert state >= 2  # HAVE_CURRENT_DATA: it is decoded
+    assert time_s > 0.0
+
+
+@pytest.mark.skipif(not browser.AVAILABLE, reason=browser.REASON)
+def test_the_page_of_a_study_that_runs_loads_itself_again(experiment, tmp_path, monkeypatch):
+    monkeypatch.setattr(html, "_AGAIN_MS", 100)
+    trials, folders = experiment
+    shown = "return [document.getElementById('running').textContent, DATA.rows.length, location.hash]"
+    waited = "return new Promise(done => setTimeout(done, 400))"
+    with browser.browser(tmp_path / "browser") as window:
+        window.open(write_page(trials[:2], tmp_path / "report", folders, running="2 of 6 trials"))
+        told, count, _ = window.run(shown)
+        assert told.startswith("2 of 6 trials")
+        assert count == 2
+        window.run("location.hash = '#object.name=duck'")
+        write_page(trials[:5], tmp_path / "report", folders, running="5 of 6 trials")
+        with contextlib.suppress(AssertionError):  # the page was left while the script ran
+            window.run(waited)
+        assert window.run(shown)[1:] == [5, "#object.name=duck"]
+        write_page(trials, tmp_path / "report", folders)
+        with contextlib.suppress(AssertionError):
+            window.run(waited)
+        assert window.run(shown) == ["", 6, "#object.name=duck"]
+        assert window.run("return document.getElementById('running').hidden")
 
 
 def test_every_script_of_the_page_is_used():

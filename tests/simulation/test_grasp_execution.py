@@ -175,7 +175,7 @@ def test_slip_is_how_far_the_object_slides_under_the_tips(hand):
     grasp, path = planned(hand, model)
     with World(model, SceneParameters(yaw_deg=0.0), 0) as world:
         stage = Stage(world, hand, path, ExecutionParameters(), tip())
-        meter = SlipMeter(stage, grasp.posture.fingers)
+        meter = SlipMeter(stage.hand, grasp.posture.fingers, stage.parameters.contact_force_n)
         meter.look()
         assert meter.contacts_lost == 3
         approach = Approach(stage, grasp, grasp.posture.fingers)

@@ -11,11 +11,12 @@ import sys
 import time
 
 import numpy as np
-import pytest
 
+from tests.fuzz import Budget
 from tests.sweep.test_signals import QUICK, _group_is_gone
 
-COUNT = min(60, int(os.environ.get("GRASPBENCH_FUZZ", "2")))
+BUDGET = Budget(2, most=60)
+COUNT = BUDGET.count
 GENTLE = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 COMMAND = [
     sys.executable, "-m", "graspbench.cli", "sweep", *QUICK[:-1], "seed=range(0,500)", "--jobs", "1", "-o",
@@ -58,7 +59,7 @@ def ends(process, how, rng):
     return errors
 
 
-@pytest.mark.timeout(3600)
+@BUDGET.timeout
 def test_signals_at_random_moments(tmp_path):
     rng = np.random.default_rng(9)
     output, before = tmp_path / "r", {}
@@ -89,4 +90,5 @@ def test_signals_at_random_moments(tmp_path):
         if how in GENTLE and output.is_dir():
             assert set(output.glob(".*.partial")) <= left, how
     assert COUNT < 10 or before
+    BUDGET.check_memory()
     print(f"{COUNT} signals, {len(before)} trials stored")

@@ -42,7 +42,7 @@ from graspbench.errors import ConfigurationError
 from graspbench.planning.balance import propose_balance
 from graspbench.planning.field import field, mean_radius, potential
 from graspbench.planning.field_climb import climb_field, field_values
-from graspbench.planning.field_moves import propose_moves
+from graspbench.planning.field_moves import barrier_potential, propose_moves
 from graspbench.planning.index import INDICES, Climbs, Moves
 from graspbench.reconstruction.surface import Surface
 
@@ -222,7 +222,7 @@ class ForceField:
             surface.normals,
             surface.centroid,
             moves.nodes,
-            moves.barrier * self._parameters.k_b,
+            barrier_potential(surface.points, moves.nodes, moves.barrier * self._parameters.k_b),
             moves.barrier_force * self._parameters.k_b,
             self._coefficients,
             self._parameters.sigma_f,

@@ -1,6 +1,6 @@
 """Search for the best grasp by Q1, Q2 or Q3."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from graspbench.planning.search.problem import Found, GlobalResult, Problem
 from graspbench.threads import threads_available
 
 
-def search_wrenches(problem: Problem, starts: Sequence[Grasp]) -> GlobalResult:
-    """Search for Q1, Q2 or Q3, beginning with the best start and some climbs."""
+def search_wrenches(
+    problem: Problem, starts: Sequence[Grasp], on_begin: Callable[[Progress], None] | None = None
+) -> GlobalResult:
+    """Search for Q1, Q2 or Q3, beginning with the best start and some climbs; tell how far it is."""
     surface, search, referee = problem.surface, problem.search, problem.referee
     layout = lay_out(
         surface.points, -surface.normals, surface.centroid, problem.quality, problem.torque_length_m,
@@ -38,6 +40,8 @@ def search_wrenches(problem: Problem, starts: Sequence[Grasp]) -> GlobalResult:
         return -np.inf if held[leaves.tobytes()] is None else value
 
     start = Progress(-np.inf, None, np.inf) if best is None else Progress(best.value, best.leaves, np.inf)
+    if on_begin is not None:
+        on_begin(start)
     threads = search.threads or threads_available()
     if can_enumerate(layout, problem.measure):
         progress = enumerate_triples(

@@ -273,7 +273,17 @@ function listenToDialog() {
   $("trial").addEventListener("close", releaseViewer);
 }
 
+// A study that is running --------------------------------------------------------------------------------------
+function followStudy() {
+  if (!DATA.running) return;
+  $("running").textContent = `${DATA.running}; this page loads itself again`;
+  $("running").hidden = false;
+  // Not while a trial is looked at or a filter is being typed; the address keeps the filters.
+  setInterval(() => { if (!$("trial").open && document.activeElement === document.body) location.reload(); }, DATA.againAfterMs);
+}
+
 readAddress();
+followStudy();
 buildFilters();
 buildPlots();
 listenToTable();

@@ -53,6 +53,12 @@ class MountMotors:
         )
         return speed
 
+    def put(self, joints: FloatArray) -> None:
+        """Put the joints somewhere at once, at rest, shape (n,)."""
+        self.goal = joints
+        for joint, value in zip(self._joint_ids, joints, strict=True):
+            pybullet.resetJointState(self._body, joint, value, 0.0, physicsClientId=self._client)
+
     def positions(self) -> FloatArray:
         """Return the real joint positions, shape (n,)."""
         states = pybullet.getJointStates(self._body, self._joint_ids, physicsClientId=self._client)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from graspbench.simulation.internal_forces import internal_forces
+from graspbench.grasp.internal_forces import friction_reserve, internal_forces
 
 
 def on_circle(angles, radius=0.03):
@@ -88,3 +88,21 @@ def test_a_finger_from_above_lets_go_when_the_weight_needs_the_others():
     laden, left = internal_forces(points, normals, 0.5, 7.0, np.array([0.0, 0.0, 8.0]))
     assert left >= 0.0
     assert -laden[2, 2] < 0.6 * -idle[2, 2]
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 5.0, 12.0, 20.0])
+def test_friction_in_reserve_of_contacts_on_a_cone_is_what_its_slope_leaves(slope_deg):
+    # Three contacts around a cone press level: each force leans off its normal by the cone's slope.
+    azimuths, slope = np.deg2rad([90.0, 210.0, 330.0]), np.deg2rad(slope_deg)
+    out = np.column_stack((np.cos(azimuths), np.sin(azimuths), np.zeros(3)))
+    normals = -(np.cos(slope) * out + np.sin(slope) * np.array([0.0, 0.0, 1.0]))
+    expected = 1.0 - np.tan(slope) / 0.5
+    assert friction_reserve(0.03 * out, normals, 0.5) == pytest.approx(expected, abs=0.06)
+    assert friction_reserve(0.03 * out, normals, 0.5, enough=0.1) == pytest.approx(
+        min(expected, 0.1), abs=0.02
+    )
+
+
+def test_contacts_that_do_not_balance_have_nothing_in_reserve():
+    points = 0.03 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.7, 0.7, 0.0]])
+    assert friction_reserve(points, -points / 0.03, 0.5) == -1.0

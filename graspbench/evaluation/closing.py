@@ -1,0 +1,224 @@
+"""A hand closed geometrically: every finger bends until its links meet the object.
+
+As graspers in simulators have done since GraspIt! (Miller and Allen 2004): a joint stops once a link that it
+moves touches, and the joints beyond that link go on. Steps are safe ones: no link can meet the object before
+its end (conservative advancement, Mirtich 1996).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspbench.arrays import FloatArray, IntArray
+from graspbench.evaluation.bodies import HandBodies, Nearness, ObjectBody
+from graspbench.evaluation.grasp_record import ContactSet, GraspRecord, HandPose
+from graspbench.hand.model import HandModel
+
+TOUCH_M = 2e-5
+"""A link nearer than this touches."""
+
+_MAX_STEPS = 400
+_MIN_STEP = 1e-4
+_SAME = 1e-9
+_DAMPING_M2 = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedHand:
+    """A hand after it closed.
+
+    Attributes:
+        joints: Where its joints came, shape (n_q,).
+        contacts: Where links touch the object, one a link.
+        fingers: Finger of each contact, -1 for the palm, shape (m,).
+        links: Position of the touching link's joint in its finger's chain, -1 for the palm, shape (m,).
+    """
+
+    joints: FloatArray
+    contacts: ContactSet
+    fingers: IntArray
+    links: IntArray
+
+
+def close_hand(
+    bodies: HandBodies,
+    body: ObjectBody,
+    palm: FloatArray,
+    way: Sequence[FloatArray],
+    palm_touch_m: float = 5e-4,
+) -> ClosedHand:
+    """Close all fingers along a way of joints until they touch.
+
+    Args:
+        bodies: The hand.
+        body: The object.
+        palm: transform_palm_to_object, shape (4, 4); it does not move.
+        way: Joints from open to squeezed, at least two rows of shape (n_q,).
+        palm_touch_m: The palm touches when it is as near as this.
+    """
+    rows = np.asarray(way, dtype=np.float64)
+    joints = rows[-1].copy()
+    found: list[tuple[int, int, Nearness]] = []
+    for group in _independent(bodies.hand):
+        found += _close_group(bodies, body, palm, rows, joints, group)
+    nears = nearest_of(bodies, body, palm, joints, np.flatnonzero(bodies.links[:, 0] < 0), palm_touch_m)
+    if nears:
+        found.append((-1, -1, nears[0]))
+    return ClosedHand(
+        joints=joints,
+        contacts=ContactSet(
+            np.array([near.point for _, _, near in found]).reshape(-1, 3),
+            np.array([near.normal for _, _, near in found]).reshape(-1, 3),
+        ),
+        fingers=np.array([finger for finger, _, _ in found], dtype=np.int64),
+        links=np.array([link for _, link, _ in found], dtype=np.int64),
+    )
+
+
+def nearest_of(
+    bodies: HandBodies,
+    body: ObjectBody,
+    palm: FloatArray,
+    joints: FloatArray,
+    shapes: IntArray,
+    enough_m: float = np.inf,
+) -> list[Nearness]:
+    """Return how near some shapes of a placed hand are, the nearest first, as far as ``enough_m``."""
+    which = [int(shape) for shape in shapes]
+    placed = bodies.place(palm, joints, which)
+    gaps = body.gaps(bodies.balls(which, placed))
+    nears = [
+        body.nearness(bodies.shapes[shape], pose, row, enough_m)
+        for shape, pose, row in zip(which, placed, gaps, strict=True)
+    ]
+    return sorted((near for near in nears if near is not None), key=lambda near: near.distance_m)
+
+
+def closing_way(
+    record: GraspRecord,
+    bodies: HandBodies,
+    body: ObjectBody,
+    opening_m: float,
+    squeezing_m: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the joints open, at the grasp and squeezed, shape (n_q,) each.
+
+    What the record does not state, or states as the grasp itself, is made up: tips are opened away from the
+    object, and squeezed into it, as far as the joints' limits let them.
+
+    Args:
+        record: A grasp with a hand.
+        bodies: The hand.
+        body: The object.
+        opening_m: How far the tips are opened.
+        squeezing_m: How far they are squeezed in.
+    """
+    grasp = record.grasp
+    assert grasp is not None, "the caller has looked"
+    opened, squeezed = _stated(record.pregrasp, grasp), _stated(record.squeeze, grasp)
+    if opened is None or squeezed is None:
+        outwards = _outwards(bodies, body, grasp)
+        if opened is None:
+            opened = _moved(bodies.hand, grasp.joints, opening_m * outwards)
+        if squeezed is None:
+            squeezed = _moved(bodies.hand, grasp.joints, -squeezing_m * outwards)
+    return opened, grasp.joints, squeezed
+
+
+def _stated(stage: HandPose | None, grasp: HandPose) -> FloatArray | None:
+    if stage is None or np.abs(stage.joints - grasp.joints).max(initial=0.0) < _SAME:
+        return None
+    return stage.joints
+
+
+def _outwards(bodies: HandBodies, body: ObjectBody, grasp: HandPose) -> FloatArray:
+    """Return the object's outward normal nearest to each tip, palm frame, shape (n_f, 3)."""
+    hand = bodies.hand
+    normals = np.zeros((hand.n_fingers, 3))
+    for finger in range(hand.n_fingers):
+        last = int(hand.chains.counts[finger]) - 1
+        shapes = np.flatnonzero((bodies.links[:, 0] == finger) & (bodies.links[:, 1] == last))
+        nears = nearest_of(bodies, body, grasp.transform_palm_to_object, grasp.joints, shapes)
+        if nears:
+            normals[finger] = grasp.transform_palm_to_object[:3, :3].T @ nears[0].normal
+    return normals
+
+
+def _moved(hand: HandModel, joints: FloatArray, ways: FloatArray) -> FloatArray:
+    """Return joints that move the tips by some ways, shape (n_f, 3), m, along each way's own direction."""
+    jacobians = hand.tip_jacobians(joints)
+    lengths = np.linalg.norm(ways, axis=1)
+    used = lengths > 0.0
+    if not np.any(used):
+        return joints.copy()
+    rows = np.einsum("fi,fij->fj", ways[used] / lengths[used, None], jacobians[used])
+    gram = rows @ rows.T + _DAMPING_M2 * np.eye(len(rows))
+    step = rows.T @ np.linalg.solve(gram, lengths[used])
+    return np.asarray(np.clip(joints + step, hand.lower, hand.upper))
+
+
+def _independent(hand: HandModel) -> list[list[int]]:
+    """Return the fingers in groups that share joints."""
+    groups: list[tuple[set[int], list[int]]] = []
+    for finger in range(hand.n_fingers):
+        moved, members = set(hand.finger_joints(finger).tolist()), [finger]
+        apart = []
+        for joints, others in groups:
+            if joints & moved:
+                moved |= joints
+                members = others + members
+            else:
+                apart.append((joints, others))
+        groups = [*apart, (moved, members)]
+    return [members for _, members in groups]
+
+
+def _close_group(
+    bodies: HandBodies,
+    body: ObjectBody,
+    palm: FloatArray,
+    rows: FloatArray,
+    joints: FloatArray,
+    group: list[int],
+) -> list[tuple[int, int, Nearness]]:
+    """Close some fingers; write where their joints come, and return finger, link and place of each touch."""
+    hand = bodies.hand
+    moving = np.zeros(hand.n_joints, dtype=np.bool_)
+    for finger in group:
+        moving[hand.finger_joints(finger)] = True
+    joints[moving] = rows[0, moving]
+    watched = [int(s) for s in np.flatnonzero(np.isin(bodies.links[:, 0], group))]
+    levers = bodies.levers
+    links = [(int(finger), int(link)) for finger, link in bodies.links]
+    touched: dict[tuple[int, int], Nearness] = {}
+    along, last = 0.0, float(len(rows) - 1)
+    for _ in range(_MAX_STEPS):
+        segment = min(int(along), len(rows) - 2)
+        slopes = np.where(moving, np.abs(rows[segment + 1] - rows[segment]), 0.0)
+        placed = bodies.place(palm, joints, watched)
+        gaps = body.gaps(bodies.balls(watched, placed))
+        speeds = (levers[watched] @ slopes).tolist()
+        step, stopped = segment + 1.0 - along, False
+        for shape, pose, row, speed in zip(watched, placed, gaps, speeds, strict=True):
+            finger, link = links[shape]
+            if (finger, link) in touched:
+                continue
+            near = body.nearness(bodies.shapes[shape], pose, row, step * speed + TOUCH_M)
+            if near is None:
+                continue
+            if near.distance_m <= TOUCH_M:
+                touched[finger, link] = near
+                moving[hand.chains.index[finger, : link + 1]] = False
+                stopped = True
+            else:
+                step = min(step, near.distance_m / speed)
+        if stopped:
+            watched = [shape for shape in watched if np.any(moving & (levers[shape] > 0.0))]
+        if not watched or (along >= last and not stopped):
+            break
+        if not stopped:
+            along = min(along + max(step, _MIN_STEP), segment + 1.0)
+            share = along - segment
+            joints[moving] = ((1.0 - share) * rows[segment] + share * rows[segment + 1])[moving]
+    return [(finger, link, near) for (finger, link), near in sorted(touched.items(), key=lambda t: t[0])]

@@ -1,0 +1,1 @@
+"""Files of grasps: one module a format."""

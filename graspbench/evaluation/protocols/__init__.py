@@ -1,0 +1,1 @@
+"""The protocols: what a grasp must do in physics to be a success; one module each."""

@@ -1,0 +1,1 @@
+"""The study of what grasp quality measures are worth: grasps, measures, what they withstood, statistics."""

@@ -1,0 +1,1 @@
+"""The planners that ship; each module registers one."""

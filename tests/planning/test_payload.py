@@ -1,0 +1,63 @@
+"""What a hand can lift, against closed forms."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from graspbench.hand.posture import HandPosture
+from graspbench.planning.payload import payload_n
+
+EFFORT = 3.0
+
+
+def sliding_hand(n, effort=EFFORT):
+    """Return a hand whose fingers slide along the palm's axes: torques are forces."""
+    jacobians = np.zeros((n, 3, 3 * n))
+    for i in range(n):
+        jacobians[i, :, 3 * i : 3 * i + 3] = np.eye(3)
+    return SimpleNamespace(
+        n_joints=3 * n, effort_limits=np.full(3 * n, effort), tip_jacobians=lambda joints: jacobians
+    )
+
+
+def posture(n, palm=None):
+    return HandPosture(
+        np.eye(4) if palm is None else palm, np.zeros(3 * n), tuple(range(n)), 0.0, 0.1, 0.01, 0.01
+    )
+
+
+def opposed(n=2):
+    angles = 2 * np.pi * np.arange(n) / n
+    out = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(n)))
+    return 0.03 * out, -out
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.5, 0.9])
+def test_two_opposed_contacts_carry_what_friction_makes_of_their_effort(friction):
+    points, normals = opposed()
+    carried = payload_n(sliding_hand(2), posture(2), points, normals, np.zeros(3), friction)
+    assert carried == pytest.approx(2 * friction * EFFORT, rel=0.03)
+
+
+def test_effort_of_the_lifting_joints_limits_too():
+    points, normals = opposed()
+    hand = sliding_hand(2)
+    hand.effort_limits[[2, 5]] = 0.1
+    carried = payload_n(hand, posture(2), points, normals, np.zeros(3), 0.5)
+    assert carried == pytest.approx(0.2, rel=1e-6)
+
+
+def test_palm_that_is_turned_turns_the_efforts():
+    points, normals = opposed()
+    hand = sliding_hand(2)
+    hand.effort_limits[[0, 3]] = 0.1  # along the palm's x, which points up in the world here
+    palm = np.eye(4)
+    palm[:3, :3] = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    carried = payload_n(hand, posture(2, palm), points, normals, np.zeros(3), 0.5)
+    assert carried == pytest.approx(0.2, rel=1e-6)
+
+
+def test_contacts_that_are_not_closed_carry_nothing():
+    points, normals = opposed()
+    assert payload_n(sliding_hand(2), posture(2), points, normals[[0, 0]], np.zeros(3), 0.5) < 1e-9
