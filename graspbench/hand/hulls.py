@@ -60,7 +60,7 @@ def hull_of(vertices: FloatArray) -> Hull | None:
 
 def extreme_points(points: FloatArray, directions: int) -> FloatArray:
     """Return the points that are extreme in some of many directions, shape (m, 3)."""
-    return points[np.unique(np.argmax(even_directions(directions) @ points.T, axis=1))]
+    return np.asarray(points[np.unique(np.argmax(even_directions(directions) @ points.T, axis=1))])
 
 
 def stacked(hulls: Sequence[Hull | None]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.optimize
 
 from graspbench.arrays import FloatArray
+from graspbench.errors import HandError
 from graspbench.hand.hulls import extreme_points
 
 _PROUD_M = 1.2e-3
@@ -56,6 +57,9 @@ def fit_pad(points: FloatArray, axes: FloatArray, radius_m: float | None = None)
         points: Points on the link, shape (n, 3), m.
         axes: Unit vectors as rows: the side that closes, the direction of the tip, across both, shape (3, 3).
         radius_m: Radius to take; None for one near half the width of the link's end.
+
+    Raises:
+        HandError: There is no such sphere.
     """
     local = points @ axes.T
     width = _width(local)
@@ -74,6 +78,11 @@ def fit_pad(points: FloatArray, axes: FloatArray, radius_m: float | None = None)
             break
     assert best is not None
     centre, proud, radius = best
+    if not np.isfinite(proud):
+        raise HandError(
+            "no sphere follows the end of a finger's last link",
+            remedy="check the size of its collision shapes, or say where its tip is with --tip",
+        )
     return Pad(centre @ axes, round(radius, 5), proud, patch)
 
 
@@ -86,7 +95,10 @@ def _fit(directions: FloatArray, reach: FloatArray, radius: float) -> tuple[Floa
     found = scipy.optimize.linprog(
         [0.0, 0.0, 0.0, 1.0], np.vstack((below, above)), limits, bounds=[(None, None)] * 4, method="highs"
     )
-    return np.asarray(found.x[:3]), float(found.x[3])
+    if found.x is None:  # lengths far from those of a hand
+        return np.zeros(3), np.inf
+    solution = np.asarray(found.x, dtype=float)
+    return solution[:3], float(solution[3])
 
 
 def _patch_directions(patch_deg: tuple[float, float, float]) -> FloatArray:
