@@ -16,7 +16,7 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.distance import core_distance
 from graspbench.hand.kinematics import forward
 from graspbench.hand.obstacle import Obstacle
-from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
+from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, PLANES, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 
 CLEARANCE_CAP_M = 0.05
@@ -258,8 +258,8 @@ def lowest_near(
 ) -> tuple[bool, float, float, float]:
     """Return the point of a last link that is farthest against a contact's normal, not far from the contact.
 
-    What of the link is farther away than ``radius`` only has to miss the object: real objects are not as wide
-    as a tangent plane.
+    Shapes that are farther away than ``radius``, and what of a mesh's hull is, only have to miss the object:
+    real objects are not as wide as a tangent plane.
 
     Returns:
         Whether the shape is that near at all, and the point.
@@ -269,6 +269,8 @@ def lowest_near(
         return False, 0.0, 0.0, 0.0
     qx, qy, qz = -distance * u, -distance * v, -distance * w
     px, py, pz = lowest_point(shapes, s, pose, x, y, z)
+    if shapes.spans[s, PLANES] == shapes.spans[s, PLANES + 1]:
+        return True, px, py, pz
     dx, dy, dz = px - contact[0] - qx, py - contact[1] - qy, pz - contact[2] - qz
     # On the way from the point nearest to the contact to the lowest one, as far as the ball reaches.
     a, b = dx * dx + dy * dy + dz * dz, qx * dx + qy * dy + qz * dz
