@@ -28,7 +28,9 @@ COARSE = (
 ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method",
     "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by: each in a trial of its own, so that it hides no other.
-ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures"}
+ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures", "record.print"}
+# What shows in a trial only together with something else; print pictures take longer than all the rest.
+WITH = {"record.print": ["record.pictures=true", 'execution="off"']}
 # Options whose values are words that a registry or a function knows.
 WORDS = {
     "scene.table": ("plain", "checker", "wood", "speckle"),
@@ -75,7 +77,9 @@ def grids_of(options: dict[str, tuple[Any, ...]]) -> list[list[str]]:
     # They say what is planned: beyond the touch the physics is that of all trials.
     touch = ["execution.until=contact"] if "execution.until" in options else []
     alone = [
-        [f"{key}={_word(value)}", *touch] for key in sorted(ALONE & set(options)) for value in options[key]
+        [f"{key}={_word(value)}", *WITH.get(key, touch)]
+        for key in sorted(ALONE & set(options))
+        for value in options[key]
     ]
     return [*grids, *alone]
 
