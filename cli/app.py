@@ -11,6 +11,8 @@ import typer
 from graspbench.cli import (
     bench,
     config,
+    evaluate,
+    export,
     hands,
     logs,
     manipulate,
@@ -45,6 +47,8 @@ app.command("tune")(tune.tune)
 app.command("report")(report.report)
 app.command("view")(view.view)
 app.command("paper")(paper.paper)
+app.command("evaluate")(evaluate.evaluate)
+app.command("export")(export.export)
 app.command("manipulate", epilog=epilog("manipulate", manipulate.EXAMPLES))(manipulate.manipulate)
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")

@@ -101,7 +101,7 @@ def _run(cli: Any, tmp_path: Any, grids: list[list[str]], *more: str) -> pd.Data
 
 
 def test_every_value_of_a_trial(cli, tmp_path):
-    options = {key: values for s, kind in SECTIONS.items() for key, values in enumerated(kind, s)}
+    options = {key: values for s in SECTIONS for key, values in enumerated(section_type(s, {}), s)}
     options = {key: values for key, values in options.items() if key not in ELSEWHERE}
     assert {"scene.table", "surface.method", "planner.select", "execution.until"} <= set(options)
     grids = [[*COARSE, *grid] for grid in grids_of(options)]
