@@ -88,6 +88,15 @@ def test_snapshots_end_at_rest_and_are_finer_and_finer():
     assert hull.signed_distance(surfaces[0].points).min() > 0.0
 
 
+def test_cells_coarser_than_a_thin_object_are_passed_over():
+    silhouettes = scene("plate").silhouettes
+    coarse = replace(NET, levels=5, cell_px=4.0)
+    sizes = [len(surface.points) for surface in reconstruct(silhouettes, coarse)]
+    assert 2 <= len(sizes) < 1 + coarse.levels
+    last = rest(silhouettes, coarse)
+    np.testing.assert_array_equal(last.points, rest(silhouettes, replace(coarse, levels=1)).points)
+
+
 def test_the_same_images_give_the_same_net():
     first, second = (rest(scene("cup").silhouettes) for _ in range(2))
     np.testing.assert_array_equal(first.points, second.points)

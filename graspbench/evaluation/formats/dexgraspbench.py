@@ -29,7 +29,7 @@ class DexGraspBench:
     """One dict a file, or a list of them; several grasps are written as a list."""
 
     description = "DexGraspBench and BODex: a dict a grasp (obj_pose, grasp_qpos, ...)"
-    suffixes = (".npy",)
+    suffixes: tuple[str, ...] = (".npy",)
 
     def recognises(self, path: Path) -> bool:
         """Tell by the keys."""

@@ -31,7 +31,7 @@ class DexGraspNet:
     """A list of dicts, all of one object."""
 
     description = "DexGraspNet: a list of {scale, qpos} with named joints and WRJTx.., WRJRx.."
-    suffixes = (".npy",)
+    suffixes: tuple[str, ...] = (".npy",)
 
     def recognises(self, path: Path) -> bool:
         """Tell by the keys."""

@@ -29,7 +29,7 @@ class IsaacGrasp:
     """Grasps by name; of each the gripper's pose, its joints closed and open."""
 
     description = "Isaac grasp YAML 1.0 (isaac_grasp)"
-    suffixes = (".yaml", ".yml")
+    suffixes: tuple[str, ...] = (".yaml", ".yml")
 
     def recognises(self, path: Path) -> bool:
         """Tell by the file's first lines."""

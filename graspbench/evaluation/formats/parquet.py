@@ -54,7 +54,7 @@ class Parquet:
     """One row a grasp, with the fields of JSON Lines."""
 
     description = "ours: one row a grasp"
-    suffixes = (".parquet",)
+    suffixes: tuple[str, ...] = (".parquet",)
 
     def recognises(self, path: Path) -> bool:
         """Take every file with the suffix."""

@@ -19,7 +19,7 @@ STAGES = ("pregrasp", "grasp", "squeeze")
 
 
 def to_plain(record: GraspRecord) -> dict[str, Any]:
-    """Return a record as plain values; see docs/evaluate.md for the schema."""
+    """Return a record as plain values; see docs/how-to/evaluate.md for the schema."""
     pose = record.transform_object_to_world
     return {
         "schema": SCHEMA,
@@ -55,7 +55,7 @@ def from_plain(plain: Any, context: FormatContext, where: str) -> GraspRecord:
     """
     if not isinstance(plain, Mapping):
         raise GraspFileError(
-            f"{where} is {shown(plain)}", remedy="give a mapping; docs/evaluate.md says of what"
+            f"{where} is {shown(plain)}", remedy="give a mapping; docs/how-to/evaluate.md says of what"
         )
     if plain.get("schema", SCHEMA) != SCHEMA:
         raise GraspFileError(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, ReconstructionError
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.dual_net import extract_net
 from graspbench.reconstruction.ellipsoid import moment_ellipsoid, wrap
@@ -45,7 +45,8 @@ def reconstruct_hull_net(
         centre: Guess of the object's centre, shape (3,); only conditions the numbers.
 
     Yields:
-        The wrapping ellipsoid, then the net of each level; the last one rests.
+        The wrapping ellipsoid, then the net of each level; the last one rests. Levels whose cells are coarser
+        than the object is thin are passed over.
 
     Raises:
         ConfigurationError: The finest grid or its net would be too large.
@@ -65,7 +66,13 @@ def reconstruct_hull_net(
     for level in range(parameters.levels):
         last = level == parameters.levels - 1
         side_m = finest_m * 2.0 ** (parameters.levels - 1 - level)
-        yield _level(hull, low, high, side_m, parameters, level + 1, last)
+        try:
+            surface = _level(hull, low, high, side_m, parameters, level + 1, last)
+        except ReconstructionError:
+            if last:
+                raise
+            continue  # the object is thinner than these cells
+        yield surface
 
 
 def _level(
