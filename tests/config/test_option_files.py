@@ -54,7 +54,7 @@ def test_a_bad_file_is_named_in_one_sentence(folder, name):
 
 
 @pytest.mark.parametrize("place", ["", "camera/a", "camera/a/b/c", "elsewhere/.x"])
-@pytest.mark.parametrize("name", ["bomb", "deep", "latin"])
+@pytest.mark.parametrize("name", ["bomb", "latin"])
 def test_a_bad_file_that_another_names_is_found_at_any_depth(folder, place, name):
     content, said = BAD[name]
     (folder / place).mkdir(parents=True, exist_ok=True)
