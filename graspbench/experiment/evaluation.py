@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
+from graspbench.config.engine import check_jobs
 from graspbench.config.protocols import EvaluationParameters, load_evaluation, split_evaluation
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import GraspbenchError, SimulationError
@@ -141,6 +142,7 @@ def evaluate_records(
         jobs: Processes at a time; 0: in this process.
         on_grasp: Called with the grasps done and all of them.
     """
+    check_jobs(jobs)
     work = list(_split(records, config, parameters, seed, _CHUNK if jobs else len(records)))
     rows: list[dict[str, Any]] = []
     for done in _in_processes(work, jobs) if jobs else map(_evaluate, work):
