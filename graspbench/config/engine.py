@@ -3,19 +3,16 @@
 An engine decides nothing about a result, so it is no part of a trial's configuration or identity.
 """
 
-import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field
 
-from graspbench.config.groups import CONF_DIR
-from graspbench.config.overrides import parse_override
-from graspbench.errors import ConfigurationError, shown
-from graspbench.yaml_files import check_plain, read_yaml
+from graspbench.config.side_group import option_content, parsed_value, validated
+from graspbench.errors import ConfigurationError
 
 GROUP = "engine"
 MAX_JOBS_PER_CORE = 4
@@ -83,7 +80,7 @@ def load_engine(
     """
     choice, values = "local", {}
     for text in overrides:
-        key, value = _parsed(text)
+        key, value = parsed_value(text, GROUP)
         if key == GROUP:
             choice = str(value)
         else:
@@ -92,47 +89,11 @@ def load_engine(
         choice = "inline"
     elif jobs is not None:
         values["jobs"] = jobs
-    content = {**_option(choice, config_dir), **values}
-    known = [field.name for field in dataclasses.fields(EngineParameters)]
-    unknown = sorted(set(content) - set(known))
-    if unknown:
-        raise ConfigurationError(
-            f"unknown option 'engine.{unknown[0]}'", remedy=f"choose one of {', '.join(known)}"
-        )
-    try:
-        engine = TypeAdapter(EngineParameters).validate_python(content)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join([GROUP, *(str(part) for part in first["loc"])])
-        raise ConfigurationError(
-            f"{key} = {shown(first['input'])} cannot be used",
-            remedy=first["msg"][:1].lower() + first["msg"][1:],
-        ) from error
+    content = {**option_content(GROUP, choice, config_dir), **values}
+    engine = validated(EngineParameters, content, GROUP)
     most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
     if engine.name == "local" and engine.jobs > most:
         raise ConfigurationError(
             f"{engine.jobs} trials at a time are too many for this machine", remedy=f"give at most {most}"
         )
     return engine
-
-
-def _parsed(text: str) -> tuple[str, Any]:
-    override = parse_override(text)
-    if override.is_sweep_override() or override.is_delete():
-        raise ConfigurationError(f"'{text}' is no single value", remedy="give one engine to a sweep")
-    value = override.value()
-    return override.key_or_group, getattr(value, "text", value)
-
-
-def _option(choice: str, config_dir: Path | None) -> dict[str, Any]:
-    roots = [root for root in (config_dir, CONF_DIR) if root is not None]
-    for root in roots:
-        path = root / GROUP / f"{choice}.yaml"
-        if path.is_file():
-            content = read_yaml(path)
-            if not isinstance(content, dict | None):
-                raise ConfigurationError(f"{path} is no mapping of options", remedy="write KEY: VALUE lines")
-            check_plain(content, GROUP)
-            return {str(key): value for key, value in (content or {}).items()}
-    names = sorted({path.stem for root in roots for path in (root / GROUP).glob("*.yaml")})
-    raise ConfigurationError(f"unknown engine '{choice}'", remedy=f"choose one of {', '.join(names)}")

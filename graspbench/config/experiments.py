@@ -17,8 +17,8 @@ from graspbench.yaml_files import read_yaml
 EXPERIMENT = "experiment"
 GRIDS = "grids"
 
-# Groups that say nothing of a trial: where a sweep is run.
-NO_TRIAL_GROUPS = ("engine",)
+# Groups that say nothing of a trial: where a sweep is run, how grasps are tried afterwards.
+NO_TRIAL_GROUPS = ("engine", "protocol")
 
 Roots = Sequence[Path | None]
 

@@ -12,7 +12,9 @@ from pydantic.fields import FieldInfo
 from graspbench.config.bounds import bounds_of, fields_of, is_whole
 from graspbench.config.engine import EngineParameters
 from graspbench.config.groups import CONF_DIR, group_options
+from graspbench.config.protocols import SECTIONS as EVALUATION_SECTIONS
 from graspbench.config.schema import MANIPULATION_SECTIONS, PLUGGED, SECTIONS, section_type
+from graspbench.evaluation.protocols.protocol import PROTOCOLS
 from graspbench.geometry import catalogue_entry
 
 _INTRODUCTION = """\
@@ -43,6 +45,10 @@ def configuration_reference() -> str:
     )
     engines = tuple(sorted(path.stem for path in (CONF_DIR / "engine").glob("*.yaml")))
     parts.append(_section("engine", EngineParameters, engines))
+    parts.append("# Evaluation\n\nHow `graspbench evaluate` judges and tries grasps; no part of a trial.\n")
+    for name in PROTOCOLS.names():
+        parts.append(_section("protocol", PROTOCOLS[name], (), f"protocol={name}"))
+    parts += [_section(name, kind, ()) for name, kind in EVALUATION_SECTIONS.items()]
     return "\n".join(parts)
 
 

@@ -5,19 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.hand.hand_pose import HandPose
 
-
-@dataclass(frozen=True, eq=False)
-class HandPose:
-    """Palm and joints at one stage of a grasp.
-
-    Attributes:
-        transform_palm_to_object: Pose of the hand's palm frame in the object's frame, shape (4, 4).
-        joints: Joint positions in the order of the record's ``joint_names``, shape (n_q,), rad (slides: m).
-    """
-
-    transform_palm_to_object: FloatArray
-    joints: FloatArray
+__all__ = ["ContactSet", "GraspRecord", "HandPose"]
 
 
 @dataclass(frozen=True, eq=False)

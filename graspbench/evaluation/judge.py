@@ -100,6 +100,18 @@ class Judge:
             for each, measured in zip(judged, values, strict=True)
         )
 
+    def completed(self, record: GraspRecord) -> GraspRecord:
+        """Return a record with a pregrasp and a squeeze, made up where it states none."""
+        if record.grasp is None:
+            return record
+        p, palm = self.parameters, record.grasp.transform_palm_to_object
+        opened, _, squeezed = closing_way(record, self._bodies, self._body, p.opening_m, p.squeezing_m)
+        return replace(
+            record,
+            pregrasp=record.pregrasp or HandPose(palm, opened),
+            squeeze=record.squeeze or HandPose(palm, squeezed),
+        )
+
     def depth_m(self, pose: HandPose) -> float:
         """Return how deep a hand is in the object, m; see `Judgement`."""
         everything = np.arange(len(self._bodies.shapes))
@@ -140,7 +152,7 @@ class Judge:
         values = [dict.fromkeys(self.measures, np.nan) for _ in contacts]
         counts = np.array([len(each.points) for each in contacts])
         for count in np.unique(counts[counts >= 2]):
-            which = np.flatnonzero(counts == count)
+            which = np.flatnonzero(counts == count).tolist()
             measured = evaluate_measures(
                 self.measures,
                 np.stack([contacts[i].points for i in which]),

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
         load_stored_config,
         manipulation_config_from_tree,
     )
+    from graspbench.evaluation.formats.format import describe_formats
     from graspbench.experiment.catalogue import describe_hands, describe_objects
+    from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, evaluate_file, evaluate_records
+    from graspbench.experiment.export import export_results
     from graspbench.experiment.hand_check import check_hand
     from graspbench.experiment.hands import add_hand, show_hand
     from graspbench.experiment.objects import check_object, repair_object, show_object
@@ -35,6 +38,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "EngineParameters": "config.engine",
+    "EvaluateOptions": "experiment.evaluation",
+    "Evaluation": "experiment.evaluation",
     "LoadedResults": "results.store",
     "ManipulationConfig": "config.trial_config",
     "ResultStore": "results.store",
@@ -49,9 +54,13 @@ _HOMES = {
     "compose_tree": "config.compose",
     "config_from_tree": "config.trial_config",
     "describe_column": "results.columns",
+    "describe_formats": "evaluation.formats.format",
     "describe_hands": "experiment.catalogue",
     "describe_objects": "experiment.catalogue",
+    "evaluate_file": "experiment.evaluation",
+    "evaluate_records": "experiment.evaluation",
     "expand_sweep": "config.grid",
+    "export_results": "experiment.export",
     "group_options": "config.groups",
     "load_config": "config.trial_config",
     "load_engine": "config.engine",
@@ -74,6 +83,8 @@ _HOMES = {
 
 __all__ = [
     "EngineParameters",
+    "EvaluateOptions",
+    "Evaluation",
     "LoadedResults",
     "ManipulationConfig",
     "ResultStore",
@@ -88,9 +99,13 @@ __all__ = [
     "compose_tree",
     "config_from_tree",
     "describe_column",
+    "describe_formats",
     "describe_hands",
     "describe_objects",
+    "evaluate_file",
+    "evaluate_records",
     "expand_sweep",
+    "export_results",
     "group_options",
     "load_config",
     "load_engine",

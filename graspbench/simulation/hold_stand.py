@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
+from graspbench.hand.hand_pose import HandPose
 from graspbench.hand.model import HandModel
 from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
@@ -58,19 +59,6 @@ class StandParameters:
         Field(gt=0, description="Time from the pregrasp to the grasp, and from there to the squeeze, s"),
     ] = 0.25
     settling_time_s: Annotated[float, Field(ge=0, description="Time at the squeeze before a trial, s")] = 0.15
-
-
-@dataclass(frozen=True, eq=False)
-class StandPose:
-    """A stage of a grasp on the stand.
-
-    Attributes:
-        transform_palm_to_object: Shape (4, 4).
-        joints: Shape (n_q,).
-    """
-
-    transform_palm_to_object: FloatArray
-    joints: FloatArray
 
 
 @dataclass(frozen=True)
@@ -162,7 +150,7 @@ class HoldStand:
 
     def grasp(
         self,
-        stages: Sequence[StandPose],
+        stages: Sequence[HandPose],
         mass_kg: float,
         friction: float,
         *,
@@ -184,7 +172,7 @@ class HoldStand:
         """
         self._set_object(mass_kg, friction)
         at_grasp = stages[len(stages) // 2].transform_palm_to_object
-        object_to_stand = np.linalg.inv(at_grasp)
+        object_to_stand = np.asarray(np.linalg.inv(at_grasp), dtype=np.float64)
         placed = object_to_stand if transform_error is None else object_to_stand @ transform_error
         palms = [object_to_stand @ stage.transform_palm_to_object for stage in stages]
         weight = np.zeros(3)

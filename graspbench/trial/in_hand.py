@@ -125,14 +125,15 @@ def _play(
         _, approach = clear_approach(trial.plan.history, trial.surfaces[-1], trial.hand, config.planner)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
-    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
+    pad = config.contact.forces.pad if config.contact.kind == "soft_pad" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m, pad)
     with clock.stage("execution"):
         return play_in_hand(
             trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
         )
 
 
-def _typed(figures: dict[str, float | int | bool]) -> dict[str, Any]:
+def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:
     return dict(figures)
 
 

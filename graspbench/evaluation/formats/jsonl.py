@@ -12,10 +12,10 @@ from graspbench.results.store import write_atomically
 
 
 class JsonLines:
-    """One JSON object a line, as docs/evaluate.md describes it."""
+    """One JSON object a line, as docs/how-to/evaluate.md describes it."""
 
     description = "ours: one JSON object a line"
-    suffixes = (".jsonl",)
+    suffixes: tuple[str, ...] = (".jsonl",)
 
     def recognises(self, path: Path) -> bool:
         """Take every file with the suffix."""

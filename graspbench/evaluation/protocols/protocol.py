@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.evaluation.grasp_record import GraspRecord
+from graspbench.evaluation.grasp_record import GraspRecord, HandPose
 from graspbench.evaluation.judge import Judgement
 from graspbench.registry import Registry
-from graspbench.simulation.hold_stand import HoldStand, StandPose
+from graspbench.simulation.hold_stand import HoldStand
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class ProtocolOutcome:
 class GraspProtocol(Protocol):
     """A frozen dataclass of parameters that tries grasps; registered by its name in `PROTOCOLS`."""
 
-    description: str
+    description: ClassVar[str]
     """What a success is, one sentence."""
 
-    unit: str
+    unit: ClassVar[str]
     """Unit of the outcomes' values."""
 
     def run(self, stand: HoldStand, record: GraspRecord, judgement: Judgement, seed: int) -> ProtocolOutcome:
@@ -54,20 +54,20 @@ class GraspProtocol(Protocol):
 PROTOCOLS: Registry[type[GraspProtocol]] = Registry("protocol", "graspbench.evaluation.protocols")
 
 
-def stages_of(record: GraspRecord, judgement: Judgement) -> tuple[StandPose, StandPose, StandPose]:
-    """Return the hand open, at the grasp and squeezed; palms as stated, joints as the judge completed them."""
+def stages_of(record: GraspRecord, judgement: Judgement) -> tuple[HandPose, HandPose, HandPose]:
+    """Return the hand open, at the grasp and squeezed: palms as stated, joints as completed."""
     grasp, opened, squeezed = record.grasp, judgement.opened, judgement.squeezed
     assert grasp is not None, "the caller has looked"
     assert opened is not None, "the judge completes what has a hand"
     assert squeezed is not None, "the judge completes what has a hand"
     first, last = record.pregrasp or grasp, record.squeeze or grasp
     return (
-        StandPose(first.transform_palm_to_object, opened.joints),
-        StandPose(grasp.transform_palm_to_object, grasp.joints),
-        StandPose(last.transform_palm_to_object, squeezed.joints),
+        HandPose(first.transform_palm_to_object, opened.joints),
+        HandPose(grasp.transform_palm_to_object, grasp.joints),
+        HandPose(last.transform_palm_to_object, squeezed.joints),
     )
 
 
 def up_in_stand(stand: HoldStand, record: GraspRecord) -> FloatArray:
-    """Return the direction against gravity in the stand for the object as it lies there, shape (3,)."""
+    """Return the direction against gravity in the stand, for the object as it is there, shape (3,)."""
     return np.asarray(stand.object_pose()[:3, :3] @ record.up, dtype=np.float64)

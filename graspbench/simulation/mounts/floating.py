@@ -6,13 +6,18 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
 from graspbench.hand.model import HandModel
 from graspbench.simulation.mounts.motors import MountMotors
 from graspbench.simulation.mounts.mount import PalmTask
-from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link, strong_joint
+from graspbench.simulation.mounts.urdf import (
+    fixed_joint,
+    hand_robot,
+    light_link,
+    roll_pitch_yaw,
+    strong_joint,
+)
 
 WRIST_JOINTS = ("wrist_x", "wrist_y", "wrist_z", "wrist_rx", "wrist_ry", "wrist_rz")
 _AXES = ("1 0 0", "0 1 0", "0 0 1") * 2
@@ -114,8 +119,8 @@ def mounted_urdf(hand: HandModel, rotation_root_to_wrist: FloatArray) -> str:
         kind = "revolute" if "_r" in name else "prismatic"
         mount.append(strong_joint(name, kind, parent, f"{name}_link", axis))
         parent = f"{name}_link"
-    rpy = Rotation.from_matrix(rotation_root_to_wrist).as_euler("xyz")
-    mount.append(fixed_joint("wrist_mount", parent, root, (0, 0, 0), rpy))
+    angles = roll_pitch_yaw(rotation_root_to_wrist)
+    mount.append(fixed_joint("wrist_mount", parent, root, (0, 0, 0), angles))
     mount.extend(robot)
     return ElementTree.tostring(mount, encoding="unicode")
 
