@@ -144,7 +144,7 @@ def _ramp(
     client = world.client
     weight_n = world.object_model.mass_kg * world.scene.gravity
     saved = pybullet.saveState(physicsClientId=client)
-    before, slip = grip.object_in_palm(), SlipMeter(stage, fingers)
+    before, slip = grip.object_in_palm(), SlipMeter(stage.hand, fingers, p.contact_force_n)
     slip.look()
     steps = max(1, round(p.push_time_s / stage.time_step_s))
     look = max(1, round(_LOOK_S / stage.time_step_s))

@@ -49,7 +49,7 @@ class StandParameters:
     ] = 40
     stiffness_nm_rad: Annotated[
         float, Field(gt=0, description="Stiffness with which joints go to the squeeze, N m/rad")
-    ] = 5.0
+    ] = 10.0
     damping_nms_rad: Annotated[float, Field(gt=0, description="Damping of the joints, N m s/rad")] = 0.2
     torsional_friction_m: Annotated[
         float, Field(ge=0, description="Torque about a contact's normal per normal force, m")
@@ -126,7 +126,7 @@ class HoldStand:
             raise
         self._all = np.arange(hand.n_joints)
         self._start = np.eye(4)
-        self._squeezed = hand.rest
+        self._squeezed = self._rest = hand.rest
         self._palm = np.eye(4)
         self._slip: SlipMeter | None = None
         self._saved = -1
@@ -160,7 +160,7 @@ class HoldStand:
         """Let the hand close from the first stage by the others, and remember the state for `restore`.
 
         Args:
-            stages: Open, at the grasp, squeezed.
+            stages: Open, touching, squeezed.
             mass_kg: The object's mass.
             friction: Coulomb friction between hand and object.
             transform_error: How the object is displaced in its own frame, shape (4, 4); None: not at all.
@@ -171,6 +171,7 @@ class HoldStand:
             How far the closing moved the object; what comes later is measured from after it.
         """
         self._set_object(mass_kg, friction)
+        self._slip = None
         at_grasp = stages[len(stages) // 2].transform_palm_to_object
         object_to_stand = np.asarray(np.linalg.inv(at_grasp), dtype=np.float64)
         placed = object_to_stand if transform_error is None else object_to_stand @ transform_error
@@ -188,10 +189,14 @@ class HoldStand:
             for i in range(1, steps + 1):
                 share = i / steps
                 joints = (1.0 - share) * stages[k - 1].joints + share * stages[k].joints
+                # What presses beyond the contacts is a torque; springs hold the posture that touches.
+                self._rest = stages[k - 1].joints if k == len(stages) - 1 else joints
                 self._step(way(share), joints, weight, None)
         self._palm, self._squeezed = palms[-1], stages[-1].joints
+        self._rest = self._fingers.state()[0]
         for _ in range(self._steps(self.parameters.settling_time_s)):
             self._step(self._palm, self._squeezed, weight, None)
+        self._rest = self._fingers.state()[0]
         self._start = placed_in(self._fingers.palm_pose(), placed)
         moved = self.drift()
         self._begin()
@@ -317,10 +322,12 @@ class HoldStand:
         p = self.parameters
         self._fingers.drive_wrist(palm, p.time_step_s)
         q, velocity = self._fingers.state()
-        away = joints - q
+        # In all the torque of springs to the goal; the part that does not change is none of the solver's.
+        pressing = p.stiffness_nm_rad * (joints - self._rest)
+        away = self._rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
         rate = p.stiffness_nm_rad / p.damping_nms_rad
-        self._fingers.drive_compliantly(np.zeros_like(q), springs, rate * away, self._all)
+        self._fingers.drive_compliantly(pressing, springs, rate * away, self._all)
         if np.any(force_n):
             position, _ = pybullet.getBasePositionAndOrientation(
                 self._world.object_id, physicsClientId=self._client
