@@ -27,9 +27,11 @@ from graspbench.cli import (
 )
 from graspbench.cli.completion import use_own_bash_script
 from graspbench.cli.foreign import refuse_hydras_options
+from graspbench.cli.help import epilog, use_plain_flags
 from graspbench.errors import GraspbenchError, OutputError
 
 use_own_bash_script()
+use_plain_flags()
 app = typer.Typer(
     name="graspbench",
     help="Benchmark multi-finger grasps: camera images in; planned, scored, executed, logged grasps out.",
@@ -39,15 +41,15 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-app.command("run")(run.run)
-app.command("sweep")(sweep.sweep)
+app.command("run", epilog=epilog("run", run.EXAMPLES))(run.run)
+app.command("sweep", epilog=epilog("sweep", sweep.EXAMPLES))(sweep.sweep)
 app.command("tune")(tune.tune)
 app.command("report")(report.report)
 app.command("view")(view.view)
 app.command("paper")(paper.paper)
 app.command("evaluate")(evaluate.evaluate)
 app.command("export")(export.export)
-app.command("manipulate")(manipulate.manipulate)
+app.command("manipulate", epilog=epilog("manipulate", manipulate.EXAMPLES))(manipulate.manipulate)
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")
 app.add_typer(hands.app, name="hands")

@@ -1,11 +1,10 @@
 """Arguments that several commands share, and their shell completion."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
 import graspbench.conf
 from graspbench.cli.option_values import OPTION_VALUES
@@ -27,8 +26,7 @@ def complete_override(incomplete: str) -> list[str]:
         return [f"{key}={before}{comma}{option}" for option in options]
     if "." in key:
         return [f"{name}=" for name in _keys(key.split(".", 1)[0]) if name.startswith(key)]
-    groups = _groups()
-    sections = [group for group in groups if "/" not in group]
+    groups, sections = _groups(), group_names()
     names = [f"{group}=" for group in groups] + [f"{section}." for section in sections] + ["seed="]
     return [name for name in names if name.startswith(key)]
 
@@ -36,6 +34,24 @@ def complete_override(incomplete: str) -> list[str]:
 def complete_object(incomplete: str) -> list[str]:
     """Complete the name of a catalogue object."""
     return sorted(name for name in catalogue_files() if name.startswith(incomplete))
+
+
+def complete_list(values: Sequence[str]) -> Callable[[str], list[str]]:
+    """Return what completes a comma-separated list of some values."""
+
+    def complete(incomplete: str) -> list[str]:
+        before, comma, last = incomplete.rpartition(",")
+        chosen = set(before.split(","))
+        return [
+            f"{before}{comma}{value}" for value in values if value.startswith(last) and value not in chosen
+        ]
+
+    return complete
+
+
+def group_names() -> list[str]:
+    """Return the groups of a configuration, those inside others left out."""
+    return [group for group in _groups() if "/" not in group]
 
 
 def _groups() -> list[str]:
@@ -57,6 +73,8 @@ def _keys(group: str) -> list[str]:
 
 
 def _leaves(group: str) -> Iterator[tuple[str, object]]:
+    import yaml  # what only prints help need not load it
+
     for path in sorted((_CONF_DIR / group).glob("*.yaml")):
         content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
         content.pop("defaults", None)  # Hydra's own, no option

@@ -3,7 +3,6 @@
 from typing import Annotated
 
 import typer
-import yaml
 
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
 
@@ -30,6 +29,8 @@ def config(
 
         print(columns_reference(), end="")
         return
+    import yaml
+
     from graspbench.cli.printing import print_json
     from graspbench.experiment import load_config
 

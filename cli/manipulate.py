@@ -8,6 +8,12 @@ import typer
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
 from graspbench.cli.run import Output, run_and_show
 
+EXAMPLES = (
+    "object=duck hand=allegro motion=screw",
+    "object=sphere motion=rotate execution=default",
+    "object=cube contact=rolling --range",
+)
+
 
 def manipulate(
     overrides: Overrides = None,

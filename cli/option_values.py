@@ -3,11 +3,14 @@
 Completion reads them here, since the schema takes too long to load while a key is held down.
 """
 
+STATISTICS = ("mean", "std", "ci", "median", "min", "max", "count")
+"""Of `graspbench report --stat`."""
+
 OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "clik.integrator": ("euler", "heun", "rk4"),
     "clik.method": ("pseudo_inverse", "transpose", "qp"),
     "clik.reference": ("continuous", "held"),
-    "contact.kind": ("frictionless", "hard", "soft", "rolling"),
+    "contact.kind": ("frictionless", "hard", "soft", "soft_pad", "rolling"),
     "engine.cluster": ("slurm", "local"),
     "engine.name": ("local", "inline", "slurm"),
     "execution.mount": ("floating", "kuka"),
@@ -25,7 +28,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "planner.paths.filter": ("path", "causal"),
     "planner.restart": ("true", "false"),
     "planner.select": ("first", "index", "quality"),
-    "quality.contact": ("frictionless", "hard_finger", "soft_finger"),
+    "quality.contact": ("frictionless", "hard_finger", "soft_finger", "soft_pad"),
     "quality.norm": ("l1", "linf"),
     "quality.torque_length": ("auto",),
     "quality.wrench_space": ("spatial", "planar", "spatial_force", "planar_force"),

@@ -1,12 +1,15 @@
 """How results look on a terminal: stdout carries results, stderr progress.
 
-Nothing that is printed here is read as markup: names of files and objects may hold brackets.
+Nothing that is printed here is read as markup: names of files and objects may hold brackets. Nor does a
+terminal obey it: files that somebody else wrote may hold its control characters.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.text import Text
 
 from graspbench.experiment import to_json
@@ -14,15 +17,31 @@ from graspbench.experiment import to_json
 if TYPE_CHECKING:
     from graspbench.report.tables import Table
 
-out = Console(soft_wrap=True, markup=False, emoji=False)
-err = Console(stderr=True, soft_wrap=True, markup=False, emoji=False)
-
+# But for tabs and line feeds; those that turn the direction of writing too.
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _UNLIMITED = 10_000
+
+
+class PlainConsole(Console):
+    """A console that shows control characters of a text instead of sending them to the terminal."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Render, with what a terminal would obey escaped."""
+        for segment in super().render(renderable, options):
+            if segment.control or not _CONTROL.search(segment.text):
+                yield segment
+            else:
+                text = _CONTROL.sub(lambda found: ascii(found[0])[1:-1], segment.text)
+                yield Segment(text, segment.style)
+
+
+out = PlainConsole(soft_wrap=True, markup=False, emoji=False)
+err = PlainConsole(stderr=True, soft_wrap=True, markup=False, emoji=False)
 
 
 def print_json(document: Any) -> None:
     """Print one JSON document on stdout."""
-    print(to_json(document), end="")
+    print(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", to_json(document)), end="")
 
 
 def print_stage(since_start_s: float, stage: str, seconds: float) -> None:
@@ -51,7 +70,7 @@ def print_table(table: "Table") -> None:
     if out.is_terminal:
         out.print(to_terminal(table, out.width))
     else:
-        Console(width=_UNLIMITED, markup=False).print(to_terminal(table))
+        PlainConsole(width=_UNLIMITED, markup=False).print(to_terminal(table))
 
 
 def counted(number: int, thing: str) -> str:

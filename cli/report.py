@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from graspbench.cli.arguments import Json
+from graspbench.cli.arguments import Json, complete_list
+from graspbench.cli.option_values import STATISTICS
 from graspbench.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -18,13 +19,23 @@ _FORMATS = (*_TABLES, "parquet", "html")
 def report(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Results folders; merged.")],
     formats: Annotated[
-        str, typer.Option("--format", help=f"Comma separated: {', '.join(_FORMATS)}.")
+        str,
+        typer.Option(
+            "--format",
+            help=f"Comma separated: {', '.join(_FORMATS)}.",
+            autocompletion=complete_list(_FORMATS),
+        ),
     ] = "csv,markdown,latex,html",
     group: Annotated[
         str, typer.Option("--group", help="Also summarise by these columns: object,index.")
     ] = "",
     stat: Annotated[
-        str, typer.Option("--stat", help="Of each group: mean, std, ci, median, min, max, count.")
+        str,
+        typer.Option(
+            "--stat",
+            help=f"Of each group: {', '.join(STATISTICS)}.",
+            autocompletion=complete_list(STATISTICS),
+        ),
     ] = "mean,ci",
     value: Annotated[
         str, typer.Option("--value", help="Columns to summarise or compare.", show_default="ratios and time")

@@ -13,6 +13,14 @@ from graspbench.cli.arguments import ConfigDir, Json, Overrides
 if TYPE_CHECKING:
     from graspbench.experiment import TrialConfig, TrialResult
 
+EXAMPLES = (
+    "object=bottle hand.fingers=4",
+    "object=duck hand=allegro --video",
+    "object.mesh=cup.stl object.scale=0.001",
+    "index=quality_ascent search.enabled=false",
+    "--config results/run/TRIAL",
+)
+
 Output = Annotated[Path, typer.Option("--output", "-o", help="The results folder.")]
 
 

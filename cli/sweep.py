@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from graspbench.cli.live_page import LivePage
     from graspbench.experiment import ResultStore, SweepOptions, SweepTrial, TrialResult
 
+EXAMPLES = (
+    "object=teddy,bottle index.k_cm=0,1 'seed=range(0,5)' --jobs 2 --timeout 300",
+    "'object=glob(*)' search.enabled=false --live",
+    "experiment=table_3_1 --dry-run",
+    "object=teddy 'seed=range(0,500)' engine=slurm engine.jobs=20",
+)
+
 _INTERRUPTED = 130
 
 

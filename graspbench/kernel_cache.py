@@ -4,25 +4,115 @@ Numba keeps a kernel's machine code while the file of the kernel itself is uncha
 kernel calls are compiled into it, and the constants that it reads are frozen in it, from whatever file they
 come: change one of those, and Numba goes on with the old code. Here the key of a kernel has a digest of
 everything that it can reach.
+
+Nor does Numba expect two processes, as the workers of a sweep are, to compile one kernel at the same time, or
+one to be killed as it writes: its index then names a file that has something else in it. Here one process
+compiles and the others wait for what it made, and a file is named by what it is and written before the index.
 """
 
+import fcntl
 import hashlib
+import os
+import time
 import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.event import trigger_event
 from numba.core.types import Type
 
 _OWN = "graspbench"
+_LOOK_S = 0.05
+_LONGEST_WAIT_S = 120.0
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
     """Numba's cache on disk, whose keys tell what a kernel was compiled with."""
 
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        base = self._impl.filename_base
+        self._cache_file = _KernelFiles(self._cache_path, base, self._impl.locator.get_source_stamp())
+        self._turn = _Turn(os.path.join(self._cache_path, f"{base}.lock"))
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return a compiled kernel, or None for who must compile it now, as nobody else does."""
+        found = super().load_overload(sig, target_context)
+        if found is None and self._turn.take():
+            found = super().load_overload(sig, target_context)
+            if found is not None:
+                self._turn.give_up()
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a kernel that has been compiled, for those who wait for it too."""
+        try:
+            super().save_overload(sig, data)
+        finally:
+            self._turn.give_up()
+
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (*super()._index_key(sig, codegen), fingerprint(self._py_func))
+
+
+class _KernelFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types
+    """An index and its files: each is named by its key, and is there when the index names it."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep what was compiled under a key; drop what was compiled of code that has changed since."""
+        base = self._index_name.removesuffix("nbi")
+        name = f"{base}{hashlib.sha256(self._dump(key)).hexdigest()[:16]}.nbc"
+        self._save_data(name, data)
+        entries = self._load_index() | {key: name}
+        self._save_index(entries)
+        for other in os.listdir(self._cache_path):
+            if other.startswith(base) and other.endswith(".nbc") and other not in entries.values():
+                os.unlink(self._data_path(other))
+
+
+class _Turn:
+    """Whose turn it is to compile a kernel: a lock that ends with its process."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._lock: int | None = None
+
+    def take(self) -> bool:
+        """Wait for this process' turn; return whether another one had it meanwhile.
+
+        Without a place for the lock, or when another process takes very long, nobody waits.
+        """
+        if self._lock is not None:
+            return False
+        try:
+            os.makedirs(os.path.dirname(self._path), exist_ok=True)
+            lock = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+        except OSError:
+            return False
+        self._lock = lock
+        if _locked(lock):
+            return True
+        with trigger_event("numba:compile"):  # counts as compilation: it would have taken as long
+            end = time.monotonic() + _LONGEST_WAIT_S
+            while not _locked(lock) and time.monotonic() < end:
+                time.sleep(_LOOK_S)
+        return True
+
+    def give_up(self) -> None:
+        """Let others compile the kernel, or read it."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+
+def _locked(lock: int) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def fingerprint(function: Callable[..., Any]) -> str:

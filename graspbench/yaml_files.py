@@ -14,6 +14,7 @@ MAX_FILE_BYTES = 4 << 20
 MAX_VALUES = 100_000
 MAX_DEPTH = 40
 _MAX_SAID = 160
+_MAX_WHOLE = 2**64
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -116,7 +117,7 @@ def check_plain(content: Any, where: str) -> None:
             )
         if isinstance(value, str) and not _is_text(value):
             raise ConfigurationError(f"{key} = {shown(value)} is no valid text", remedy="write it as UTF-8")
-        if not isinstance(value, str | int | float | list | tuple | dict | None):
+        if not isinstance(value, str | int | float | list | tuple | dict | None) or _is_endless(value):
             raise ConfigurationError(
                 f"{key} = {shown(value)} cannot be used", remedy="give text, a number, a list or a mapping"
             )
@@ -132,10 +133,11 @@ def _walk(content: Any, where: str) -> Iterator[tuple[str, Any, int]]:
             return
         if isinstance(value, dict):
             for name, item in value.items():
-                below = f"{key}.{sentence(str(name), 60)}" if isinstance(name, str | int) else key
+                plain = isinstance(name, str | int) and not _is_endless(name)
+                below = f"{key}.{sentence(str(name), 60)}" if plain else key
                 if isinstance(name, str) and not _is_text(name):
                     yield key, name, depth
-                if not isinstance(name, str | int | None):
+                if not plain and name is not None:
                     yield key, _Odd(name), depth
                 waiting.append((below, item, depth + 1))
         elif isinstance(value, list | tuple):
@@ -150,6 +152,11 @@ class _Odd:
 
     def __repr__(self) -> str:
         return f"a key {shown(self._key)}"
+
+
+def _is_endless(value: object) -> bool:
+    """Tell a whole number that no option takes: one of thousands of digits cannot even be printed."""
+    return isinstance(value, int) and not -_MAX_WHOLE < value < _MAX_WHOLE
 
 
 def _is_text(text: str) -> bool:

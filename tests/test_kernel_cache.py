@@ -62,6 +62,46 @@ def test_what_changes_in_another_file_is_compiled_in(tmp_path, changed, value):
     assert _run(tmp_path) == (7.0, 1)
 
 
+def _at_once(folder, *arguments):
+    """Call a kernel in as many processes at the same time; return what was found compiled in each."""
+    code = "import sys; from kernels import kernel; kernel(eval(sys.argv[1])); "
+    code += "print(kernel.stats.cache_hits.total())"
+    started = [
+        subprocess.Popen([sys.executable, "-c", code, word], cwd=folder, stdout=subprocess.PIPE, text=True)
+        for word in arguments
+    ]
+    return [int(process.communicate(timeout=200)[0]) for process in started]
+
+
+def test_processes_that_need_a_kernel_at_the_same_time_compile_it_once(tmp_path):
+    (tmp_path / "helpers.py").write_text(_HELPERS.format(factor=2.0, entry=3.0, deep=1.0))
+    (tmp_path / "kernels.py").write_text(_KERNEL)
+    assert sum(_at_once(tmp_path, "2.0", "2.0")) == 1
+    assert _at_once(tmp_path, "1j", "2") == [0, 0]
+    assert _at_once(tmp_path, "1j", "2") == [1, 1]
+
+
+def test_a_process_that_dies_as_it_writes_leaves_nothing_wrong(tmp_path):
+    (tmp_path / "kernels.py").write_text(_KERNEL)
+    assert _run(tmp_path) == (7.0, 0)
+    dies = "import os; from graspbench.kernel_cache import _KernelFiles as f; "
+    for step, (factor, value) in {"_save_index": (5.0, 13.0), "_save_data": (6.0, 15.0)}.items():
+        (tmp_path / "helpers.py").write_text(_HELPERS.format(factor=4.0, entry=3.0, deep=1.0))
+        code = dies + f"f.{step} = lambda *_: os._exit(9); import kernels; kernels.kernel(2.0)"
+        assert subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=False).returncode == 9
+        assert _run(tmp_path, factor=factor) == (value, 0)
+
+
+def test_no_compiled_code_is_kept_that_nothing_leads_to(tmp_path):
+    (tmp_path / "kernels.py").write_text(_KERNEL)
+    _run(tmp_path)
+    _run(tmp_path, factor=3.0)
+    assert len(list(tmp_path.rglob("kernels.kernel-*.nbc"))) == 2
+    (tmp_path / "kernels.py").write_text(_KERNEL.replace("later(x)", "later(x) + 0.0", 1))
+    _run(tmp_path)
+    assert len(list(tmp_path.rglob("kernels.kernel-*.nbc"))) == 1
+
+
 def test_layouts_of_records_count():
     from graspbench.manipulation.compiled.record import Record
     from graspbench.manipulation.compiled.record_type import opener

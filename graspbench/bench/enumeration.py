@@ -59,7 +59,8 @@ def enumerate_best(
         limits: The constraints.
     """
     wrenches, maps = _wrenches(surface, quality)
-    polytope, checker = quality.polytope(), limits.checker
+    length_m = quality.torque_length_m(surface.points, surface.centroid)
+    polytope, checker = quality.polytope(length_m), limits.checker
     values = _measure(surface, measure, maps, wrenches, quality, limits)
     best = -np.inf
     for start in range(0, len(grasps), _BLOCK):
@@ -85,7 +86,7 @@ def _wrenches(surface: Surface, quality: QualityParameters) -> tuple[FloatArray,
     maps = wrench_maps(
         surface.points, -surface.normals, surface.centroid, contact=quality.contact, torque_length=length_m
     )
-    return np.ascontiguousarray(quality.polytope().vertices @ np.swapaxes(maps, -1, -2)), maps
+    return np.ascontiguousarray(quality.polytope(length_m).vertices @ np.swapaxes(maps, -1, -2)), maps
 
 
 def _measure(
@@ -97,7 +98,8 @@ def _measure(
     limits: Limits,
 ) -> Values:
     """Return the function that measures a block of grasps; at or below the floor it need not be exact."""
-    grams, polytope = maps @ np.swapaxes(maps, -1, -2), quality.polytope()
+    length_m = quality.torque_length_m(surface.points, surface.centroid)
+    grams, polytope = maps @ np.swapaxes(maps, -1, -2), quality.polytope(length_m)
 
     def singular(block: IntArray, floor: float) -> FloatArray:
         squared = sum(grams[block[:, i]] for i in range(block.shape[1]))

@@ -147,7 +147,8 @@ def _execution(parts: Mapping[str, Any]) -> Cost:
         seconds = p.closing_distance_m / p.closing_speed_m_s
     if p.until not in ("off", "contact"):
         seconds += p.squeeze_time_s + p.lift_time_s + 2 * p.hold_time_s + p.rotation_time_s
-    seconds += 6 * p.push_time_s if p.until == "pushes" else 0.0
+    pushed = 12 if p.twist_limit_nm > 0.0 else 6
+    seconds += pushed * p.push_time_s if p.until == "pushes" else 0.0
     seconds += 3 * p.shake_time_s if p.until == "shakes" else 0.0
     each = _S_PER_PHYSICS_STEP + _S_PER_ITERATION * p.solver_iterations
     what = "the execution (its times by execution.time_step_s)"

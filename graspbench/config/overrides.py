@@ -1,5 +1,6 @@
 """Overrides in Hydra's grammar."""
 
+import shlex
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -13,6 +14,7 @@ from graspbench.errors import ConfigurationError
 MAX_CHARACTERS = 20_000
 MAX_DEPTH = 50
 _OPENING, _CLOSING = "([{", ")]}"
+_MARKS = "=#'\""
 _HOW_TO = "write key=value or group=option"
 
 
@@ -46,8 +48,24 @@ def parse_override(text: str, remedy: str = _HOW_TO) -> Override:
     # Its grammar checks what a text looks like; a number of thousands of digits is found out by Python.
     except (HydraException, ValueError, RecursionError) as error:
         raise ConfigurationError(
-            f"the override '{text}' cannot be read ({first_line(error)})", remedy=remedy, override=text
+            f"the override '{text}' cannot be read ({first_line(error)})",
+            remedy=_quoted(text) or remedy,
+            override=text,
         ) from error
+
+
+def _quoted(text: str) -> str | None:
+    """Return how to write an override whose value, such as a path, holds a mark of Hydra's grammar."""
+    key, _, value = text.partition("=")
+    if not key or not any(mark in value for mark in _MARKS) or any(mark in value for mark in _OPENING):
+        return None
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    quoted = f'{key}="{escaped}"'
+    try:
+        _parser().parse_override(quoted)
+    except (HydraException, ValueError, RecursionError):
+        return None
+    return f"quote the value: {shlex.quote(quoted)}"
 
 
 @lru_cache(maxsize=1)

@@ -90,7 +90,8 @@ class TrialConfig:
         identity = {key: value for key, value in self.tree.items() if key not in _NOT_IDENTITY}
         # How files are read and written defines no trial either.
         identity["hand"] = {key: value for key, value in self.tree["hand"].items() if key != "formats"}
-        identity["files"] = file_digests(self.object, self.scene, self.hand)
+        tasks = self.tree["clik"]["tasks"] if "clik" in self.tree else {}
+        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 

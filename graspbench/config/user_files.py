@@ -3,9 +3,10 @@
 import contextlib
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from graspbench.errors import GraspbenchError
 from graspbench.geometry import ObjectParameters
@@ -21,7 +22,12 @@ _MAX_BYTES = 1 << 30
 _MESH_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
-def file_digests(item: ObjectParameters, scene: SceneParameters, hand: HandParameters) -> dict[str, str]:
+def file_digests(
+    item: ObjectParameters,
+    scene: SceneParameters,
+    hand: HandParameters,
+    tasks: Mapping[str, Mapping[str, Any]] | None = None,
+) -> dict[str, str]:
     """Digest every file that a trial would read besides the configuration and the package's own.
 
     A file that is missing is left out: the trial itself says so.
@@ -30,13 +36,19 @@ def file_digests(item: ObjectParameters, scene: SceneParameters, hand: HandParam
         item: The object, which may be a mesh file, one of a folder, or a catalogue entry of the user's.
         scene: The scene, which may be a folder of images, or have an image on the table.
         hand: The hand, which may be a URDF with meshes.
+        tasks: Secondary tasks by name with their options; a ``file`` among these is read.
 
     Returns:
         SHA-256 sums by what the file is for.
     """
     return {
         label: _digest(str(path), path.stat().st_mtime_ns, path.stat().st_size)
-        for label, path in (*_object_files(item), *_scene_files(scene), *_hand_files(hand))
+        for label, path in (
+            *_object_files(item),
+            *_scene_files(scene),
+            *_hand_files(hand),
+            *_task_files(tasks or {}),
+        )
         if _is_file(path)
     }
 
@@ -96,6 +108,12 @@ def _hand_files(hand: HandParameters) -> Iterator[tuple[str, Path]]:
             if _is_file(folder / relative):
                 yield f"hand.urdf:{name}", folder / relative
                 break
+
+
+def _task_files(tasks: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Path]]:
+    for name, options in tasks.items():
+        if options.get("file") is not None:
+            yield f"clik.tasks.{name}.file", Path(str(options["file"])).expanduser()
 
 
 @lru_cache(maxsize=4096)

@@ -66,5 +66,5 @@ def force_closure(
         friction=quality.friction,
         cone_edges=quality.cone_edges,
         torque_length=torque_length_m,
-        torsional_friction=quality.torsional_friction,
+        torsional_friction=quality.torsion(torque_length_m),
     )

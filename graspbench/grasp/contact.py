@@ -9,9 +9,12 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import ConfigurationError
 
-ContactModel: TypeAlias = Literal["frictionless", "hard_finger", "soft_finger"]
+ContactModel: TypeAlias = Literal["frictionless", "hard_finger", "soft_finger", "soft_pad"]
 
-CONTACT_MODELS: tuple[ContactModel, ...] = ("frictionless", "hard_finger", "soft_finger")
+CONTACT_MODELS: tuple[ContactModel, ...] = ("frictionless", "hard_finger", "soft_finger", "soft_pad")
+
+WITH_TORSION: tuple[ContactModel, ...] = ("soft_finger", "soft_pad")
+"""Contacts that transmit a moment about their normal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +22,7 @@ class ContactPolytope:
     """The forces of unit normal component that a contact can transmit, linearised.
 
     Coordinates are those of the contact basis: [normal] for a frictionless point, [tangent 1,
-    tangent 2, normal] for a hard finger, and a moment about the normal after them for a soft finger.
+    tangent 2, normal] for a hard finger, and a moment about the normal after them for a soft finger or pad.
 
     Attributes:
         vertices: Corners of the polytope, shape (n_vertices, n_basis).
@@ -39,7 +42,9 @@ def contact_polytope(
 
     A hard finger's circular cone is replaced by the inscribed pyramid with ``cone_edges`` edges, the
     first one along tangent 1. A soft finger may add any moment about the normal up to
-    ``torsional_friction`` (Murray, Li and Sastry 1994, section 5.2): a prism over the same polygon.
+    ``torsional_friction`` (Murray, Li and Sastry 1994, section 5.2): a prism over the same polygon. A soft
+    pad has to share its friction between force and moment: a polyhedron inside the ellipsoid over the
+    same polygon, with corners as far apart towards the moment as they are along the polygon.
 
     Args:
         contact: Contact model.
@@ -61,6 +66,8 @@ def contact_polytope(
     flat = np.array([[0, m // 3, (2 * m) // 3]])
     if contact == "hard_finger":
         return ContactPolytope(polygon, (corner[:, None], edges, flat))
+    if contact == "soft_pad":
+        return _ellipsoid(polygon, torsional_friction)
     vertices = np.vstack(
         [np.column_stack([polygon, np.full(m, sign * torsional_friction)]) for sign in (-1.0, 1.0)]
     )
@@ -74,6 +81,35 @@ def contact_polytope(
             np.vstack([flat, flat + m, sides]),
             np.column_stack([flat, [m]]),
         ),
+    )
+
+
+def _ellipsoid(polygon: FloatArray, torsional_friction: float) -> ContactPolytope:
+    """Return the polyhedron inside the ellipsoid over a friction polygon: rings of corners and two poles."""
+    m = len(polygon)
+    levels = max(1, round(m / 4))  # from the polygon to a pole
+    latitudes = 0.5 * np.pi * np.arange(1 - levels, levels) / levels
+    rings = [
+        np.column_stack([np.cos(a) * polygon[:, :2], np.ones(m), np.full(m, np.sin(a) * torsional_friction)])
+        for a in latitudes
+    ]
+    poles = np.array([[0.0, 0.0, 1.0, sign * torsional_friction] for sign in (-1.0, 1.0)])
+    count, corner = m * len(rings), np.arange(m)
+    ring = np.column_stack([corner, (corner + 1) % m])
+    upper = m * (len(rings) - 1)
+    edges = [ring + m * k for k in range(len(rings))]
+    edges += [np.column_stack([corner, corner + m]) + m * k for k in range(len(rings) - 1)]
+    edges += [
+        np.column_stack([corner, np.full(m, count)]),
+        np.column_stack([corner + upper, np.full(m, count + 1)]),
+    ]
+    sides = [np.column_stack([ring, corner + m]) + m * k for k in range(len(rings) - 1)]
+    sides += [np.column_stack([ring, np.full(m, count)])]
+    sides += [np.column_stack([ring + upper, np.full(m, count + 1)])]
+    body = np.array([[0, m // 3, (2 * m) // 3, count]])
+    return ContactPolytope(
+        np.vstack([*rings, poles]),
+        (np.arange(count + 2)[:, None], np.vstack(edges), np.vstack(sides), body),
     )
 
 
@@ -128,8 +164,8 @@ def _check(contact: str, friction: float, cone_edges: int, torsional_friction: f
         )
     if cone_edges < 3:
         raise ConfigurationError(f"a friction cone with {cone_edges} edges", remedy="give at least 3")
-    if contact == "soft_finger" and not torsional_friction > 0.0:
+    if contact in WITH_TORSION and not torsional_friction > 0.0:
         raise ConfigurationError(
-            f"the torsional friction of a soft finger is {torsional_friction}",
+            f"the torsional friction of a {contact} contact is {torsional_friction}",
             remedy="give a positive one, or choose the hard finger",
         )

@@ -28,6 +28,7 @@ class GraspBatch:
         centre: Centre of the moments, shape (3,), m.
         maps: Each contact's map from its force basis to the wrench space, shape (n, n_f, d, n_basis).
         quality: Contact model and its parameters.
+        torque_length_m: What moments are divided by, m.
     """
 
     points: FloatArray
@@ -35,11 +36,12 @@ class GraspBatch:
     centre: FloatArray
     maps: FloatArray
     quality: QualityParameters
+    torque_length_m: float
 
     @property
     def polytope(self) -> ContactPolytope:
         """The linearised unit friction cone."""
-        return self.quality.polytope()
+        return self.quality.polytope(self.torque_length_m)
 
     @property
     def wrenches(self) -> FloatArray:
@@ -124,7 +126,7 @@ def evaluate_measures(
         wrench_space=quality.wrench_space,
         torque_length=torque_length_m,
     )
-    batch = GraspBatch(*stacked, centre, maps, quality)
+    batch = GraspBatch(*stacked, centre, maps, quality, torque_length_m)
     values = {}
     for name in names:
         found = np.asarray(MEASURES[name].evaluate(batch), dtype=np.float64)

@@ -1,6 +1,6 @@
 """The classical quality measures Q1, Q2 and Q3 of a grasp (thesis 3.6)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -10,6 +10,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import ConfigurationError
 from graspbench.grasp.contact import ContactModel, ContactPolytope, contact_polytope
 from graspbench.grasp.epsilon import CLOSURE_TOLERANCE, smallest_support
+from graspbench.grasp.soft_pad import PadParameters
 from graspbench.grasp.wrench import WrenchSpace, auto_torque_length, grasp_matrix, wrench_maps
 
 Norm: TypeAlias = Literal["l1", "linf"]
@@ -22,6 +23,7 @@ _CONTACT_WORDS = {
     "frictionless": "frictionless points",
     "hard_finger": "hard fingers",
     "soft_finger": "soft fingers",
+    "soft_pad": "soft pads",
 }
 _SPACE_WORDS = {
     "spatial": "forces and moments in space",
@@ -44,6 +46,9 @@ class QualityParameters:
     torsional_friction: Annotated[
         float, Field(gt=0, description="Soft finger: moment about the normal per unit force, torque lengths")
     ] = 0.05
+    pad: Annotated[PadParameters, Field(description="Soft pad: its contact patch")] = field(
+        default_factory=PadParameters
+    )
     torque_length: Annotated[
         Literal["auto"] | float,
         Field(description="Torques are divided by it, m; auto: largest centroid-to-surface distance"),
@@ -72,6 +77,9 @@ class QualityParameters:
             contact += f" (friction {self.friction:g}, {self.cone_edges} cone edges"
             if self.contact == "soft_finger":
                 contact += f", torsional friction {self.torsional_friction:g} torque lengths"
+            if self.contact == "soft_pad":
+                radius_mm = 1e3 * self.pad.patch_radius_m(self.pad.load_n)
+                contact += f", patch of {radius_mm:.2g} mm radius under {self.pad.load_n:g} N"
             contact += ")"
         words = [contact, _SPACE_WORDS[self.wrench_space]]
         if not self.wrench_space.endswith("_force"):
@@ -86,9 +94,15 @@ class QualityParameters:
         )
         return ", ".join(words)
 
-    def polytope(self) -> ContactPolytope:
-        """Return the linearised unit friction cone."""
-        return contact_polytope(self.contact, self.friction, self.cone_edges, self.torsional_friction)
+    def torsion(self, torque_length_m: float) -> float:
+        """Return the largest moment about a contact's normal per unit force, in torque lengths."""
+        if self.contact == "soft_pad":
+            return self.pad.torsion_m(self.pad.load_n, self.friction) / torque_length_m
+        return self.torsional_friction
+
+    def polytope(self, torque_length_m: float) -> ContactPolytope:
+        """Return the linearised unit friction cone, moments in torque lengths."""
+        return contact_polytope(self.contact, self.friction, self.cone_edges, self.torsion(torque_length_m))
 
     def torque_length_m(self, surface_points: FloatArray, centre: FloatArray) -> float:
         """Return the torque length on a surface with points of shape (n_s, 3), m."""
@@ -133,15 +147,15 @@ def grasp_quality(
         points: Contact points, shape (n_f, 3) or (n, n_f, 3), m.
         normals_in: Normals pointing INTO the object, same shape; they need not be of unit length.
         centre: Centre of the moments (the object's centroid), shape (3,), m.
-        contact: ``frictionless``, ``hard_finger`` or ``soft_finger``.
+        contact: ``frictionless``, ``hard_finger``, ``soft_finger`` or ``soft_pad``.
         wrench_space: ``spatial``, ``planar``, ``spatial_force`` or ``planar_force``.
         friction: Friction coefficient.
         cone_edges: Edges of the linearised friction cone; only Q3 depends on it.
         torque_length: Moments are divided by it, m.
         tangents: First tangent of each contact, shape of ``points``: the direction of the cone's first
             edge. By default the fixed rule of `graspbench.grasp.contact.contact_tangents`.
-        torsional_friction: Soft finger only: largest moment about the normal per unit normal force,
-            in torque lengths.
+        torsional_friction: Soft finger and soft pad only: largest moment about the normal per unit normal
+            force, in torque lengths.
         norm: Q3's wrench space: ``l1`` bounds the sum of the normal forces by one, ``linf`` each of them.
 
     Raises:

@@ -6,7 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, cross
 from graspbench.errors import ConfigurationError
-from graspbench.grasp.contact import ContactModel, contact_tangents, perpendicular
+from graspbench.grasp.contact import WITH_TORSION, ContactModel, contact_tangents, perpendicular
 
 WrenchSpace: TypeAlias = Literal["spatial", "planar", "spatial_force", "planar_force"]
 
@@ -89,7 +89,7 @@ def wrench_maps(
     """Return each contact's map from its force basis to the wrench space.
 
     Wrenches are [force; moment about the centre / torque length]; all lengths are thereby measured in
-    torque lengths, and so is the soft finger's unit moment.
+    torque lengths, and so is the unit moment of a soft finger or pad.
 
     Args:
         points: Contact points, shape (..., n_f, 3), m.
@@ -109,7 +109,7 @@ def wrench_maps(
     basis = _force_basis(points, normals_in, centre, contact, plane, tangents)
     arms = ((points - centre) / torque_length)[..., None, :]
     maps = np.concatenate([basis, cross(arms, basis)], axis=-1)
-    if contact == "soft_finger":
+    if contact in WITH_TORSION:
         twist = np.concatenate([np.zeros_like(normals_in), normals_in], axis=-1)
         maps = np.concatenate([maps, twist[..., None, :]], axis=-2)
     maps = np.swapaxes(maps, -1, -2)

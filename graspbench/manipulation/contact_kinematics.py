@@ -15,12 +15,16 @@ from graspbench.manipulation.compiled.rotations import EULER_GUARD, euler_angles
 from graspbench.manipulation.compiled.step_records import StateArrays, SystemArrays
 from graspbench.manipulation.kinematic_tree import KinematicTree
 
-ContactType: TypeAlias = Literal["frictionless", "hard", "soft", "rolling"]
+ContactType: TypeAlias = Literal["frictionless", "hard", "soft", "soft_pad", "rolling"]
+
+WITH_TORSION: tuple[ContactType, ...] = ("soft", "soft_pad")
+"""Contacts that resist turning about their normal."""
 
 _FREE: dict[str, tuple[bool, ...]] = {  # which of (u, v, theta_1, theta_2, theta_3) may vary
     "frictionless": (True, True, True, True, True),
     "hard": (False, False, True, True, True),
     "soft": (False, False, True, True, False),
+    "soft_pad": (False, False, True, True, False),
     "rolling": (False, False, True, True, True),
 }
 
@@ -31,8 +35,8 @@ class Contact:
 
     Attributes:
         chart: Chart of the object's surface around the contact.
-        kind: "frictionless" (slides and turns), "hard" (turns), "soft" (turns except about the
-            normal), or "rolling" (a spherical tip that rolls without slip; the contact moves).
+        kind: "frictionless" (slides and turns), "hard" (turns), "soft" and "soft_pad" (turn except about
+            the normal), or "rolling" (a spherical tip that rolls without slip; the contact moves).
         tip_radius_m: Radius of the spherical tip around the finger frame's origin, 0 for a sharp tip.
     """
 

@@ -1,7 +1,7 @@
 """Contact forces inside the friction cones: force closure, and their distribution along a motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -10,7 +10,11 @@ from pydantic import Field
 from graspbench.arrays import FloatArray
 from graspbench.errors import ManipulationError
 from graspbench.grasp.quality import QualityParameters
-from graspbench.manipulation.contact_kinematics import State
+from graspbench.grasp.soft_pad import PadParameters, limit_use
+from graspbench.manipulation.contact_kinematics import WITH_TORSION, ContactType, ManipulationSystem, State
+from graspbench.manipulation.limit_surfaces import LimitSurfaces
+
+_MAX_ROUNDS = 60
 
 
 @dataclass(frozen=True)
@@ -23,11 +27,18 @@ class ForceParameters:
     torsion_m: Annotated[
         float, Field(ge=0, description="Largest torque about the normal of a soft finger per unit force, m")
     ] = 0.005
+    pad: Annotated[PadParameters, Field(description="Soft pads: their contact patch")] = field(
+        default_factory=PadParameters
+    )
     cone_edges: Annotated[
         int, Field(ge=3, le=64, description="Edges of the pyramid inside a friction cone")
     ] = 8
     minimum_n: Annotated[float, Field(ge=0, description="Least normal force of a contact, N")] = 0.1
     maximum_n: Annotated[float, Field(gt=0, description="Largest normal force of a contact, N")] = 50.0
+
+    def torque_unit_m(self, kind: ContactType) -> float:
+        """Return the unit of a contact's torque in the programme, m; a pad's makes it as large as a force."""
+        return self.pad.torsion_m(self.pad.load_n, self.friction) if kind == "soft_pad" else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +47,11 @@ class ContactForces:
 
     Attributes:
         forces: Base frame, shape (n_c, 3), N.
-        torsions: Torques about the outward normals, shape (n_c,), N m; 0 but for soft fingers.
+        torsions: Torques about the outward normals, shape (n_c,), N m; 0 but for soft fingers and pads.
         normal_forces: Pressing into the object, shape (n_c,), N.
         margins: friction * normal force - tangential force, shape (n_c,), N; for a contact without
-            friction its normal force.
+            friction its normal force. For a soft pad friction * normal force times the share of its limit
+            surface that is left.
         smallest_margin: The smallest of them.
     """
 
@@ -129,32 +141,52 @@ class ForceDistribution:
         """
         system, p = state.system, self.parameters
         frames = [contact_frame(state, i) for i in range(system.n_contacts)]
-        columns, cones, highs, spans = [], [], [], []
+        columns: list[FloatArray] = []
+        spans: list[slice] = []
         count = 0
         for contact, (normal, tangents, lever) in zip(system.contacts, frames, strict=True):
             own = _directions(contact.kind, normal, tangents, system.planar)
             wrench = [np.concatenate([force, np.cross(lever, force)]) for force in own]
-            if contact.kind == "soft" and not system.planar:
-                wrench.append(np.concatenate([np.zeros(3), normal]))
+            if contact.kind in WITH_TORSION and not system.planar:
+                wrench.append(np.concatenate([np.zeros(3), p.torque_unit_m(contact.kind) * normal]))
             columns += wrench
             spans.append(slice(count, count + len(wrench)))
             count += len(wrench)
+        grasp, wanted = (
+            np.array(columns).T[system.arrays.twist_components],
+            load[system.arrays.twist_components],
+        )
+        cones, highs = self._cones(system, spans, count)
+        pads = [] if system.planar else [i for i, c in enumerate(system.contacts) if c.kind == "soft_pad"]
+        if not pads:
+            return _collect(state, frames, spans, self._solve(grasp, wanted, cones, highs), p)
+        surfaces = LimitSurfaces([spans[i] for i in pads], count, p.friction, p.pad)
+        for _ in range(_MAX_ROUNDS):
+            rows = np.vstack([cones, *surfaces.rows()])
+            x = self._solve(grasp, wanted, rows, np.append(highs, np.zeros(len(rows) - len(highs))))
+            if surfaces.contain(x):
+                return _collect(state, frames, spans, x, p)
+        raise _unbalanced(wanted)
+
+    def _cones(
+        self, system: ManipulationSystem, spans: Sequence[slice], count: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rows a and bounds b of a . x <= b for all contacts, but for the pads' limit surfaces."""
+        rows, highs = [], []
         for contact, span in zip(system.contacts, spans, strict=True):
             for row, high in self._cone(contact.kind, span.stop - span.start, system.planar):
                 full = np.zeros(count)
                 full[span] = row
-                cones.append(full)
+                rows.append(full)
                 highs.append(high)
-        grasp = np.array(columns).T[system.arrays.twist_components]
-        x = self._solve(grasp, load[system.arrays.twist_components], np.array(cones), np.array(highs))
-        return _collect(state, frames, spans, x, p)
+        return np.array(rows), np.array(highs)
 
     def _cone(self, kind: str, size: int, planar: bool) -> list[tuple[FloatArray, float]]:
         """Rows a and bounds b of a . x <= b of one contact; x = (normal, tangential ..., torsion)."""
         p = self.parameters
         unit = np.eye(size)
         rows = [(-unit[0], -p.minimum_n), (unit[0], p.maximum_n)]
-        if kind == "frictionless":
+        if kind == "frictionless" or (kind == "soft_pad" and not planar):
             return rows
         if planar:
             return [*rows, (unit[1] - p.friction * unit[0], 0.0), (-unit[1] - p.friction * unit[0], 0.0)]
@@ -229,10 +261,13 @@ def _collect(
         own = x[span]
         directions = _directions(contact.kind, normal, tangents, planar)
         forces[i] = np.sum([f * direction for f, direction in zip(own, directions, strict=False)], axis=0)
-        if contact.kind == "soft" and not planar:
-            torsions[i] = own[3]
+        if contact.kind in WITH_TORSION and not planar:
+            torsions[i] = p.torque_unit_m(contact.kind) * own[3]
         normals[i] = own[0]
         friction = 0.0 if contact.kind == "frictionless" else p.friction
         sideways = float(np.linalg.norm(forces[i] + own[0] * normal))
+        if contact.kind == "soft_pad" and not planar:
+            torsion_m = p.pad.torsion_m(own[0], friction)
+            sideways = friction * own[0] * limit_use(sideways, torsions[i], own[0], friction, torsion_m)
         margins[i] = own[0] if friction == 0.0 else friction * own[0] - sideways
     return ContactForces(forces, torsions, normals, margins, float(margins.min()))

@@ -74,7 +74,7 @@ def hold_object(
     to_palm = np.linalg.inv(posture.transform_palm_to_world) @ pose
     rough = ManipulationSystem(hand_tree(hand, posture.fingers), contacts)
     touching = _contact_coordinates(charts, grasp, pose)
-    joints = _touch(rough, posture.joints, touching, to_palm)
+    joints = touch(rough, posture.joints, touching, to_palm)
     position, rotation = to_palm[:3, 3], to_palm[:3, :3]
     system, variables = rough.grasped(joints, position, rotation, coordinates=touching)
     palm = posture.transform_palm_to_world
@@ -123,14 +123,23 @@ def _contact_coordinates(charts: Sequence[Chart], grasp: Grasp, pose: FloatArray
     return np.array([chart.locate(point) for chart, point in zip(charts, points, strict=True)])
 
 
-def _touch(
+def touch(
     system: ManipulationSystem, joints: FloatArray, coordinates: FloatArray, to_palm: FloatArray
 ) -> FloatArray:
-    """Close the gap a planned posture leaves: bring each tip's centre exactly to radius from its contact.
+    """Return joints that bring each tip's centre exactly to radius from its contact, shape (n_q,).
 
-    A posture was planned for the normals of a mesh; those of the smooth charts are a little different. The
-    contacts stay where they were planned: a tip's nearest point would jump where the surface bends
-    more than the tip.
+    It closes the gap a planned posture leaves: that was planned for the normals of a mesh; those of the
+    smooth charts are a little different. The contacts stay where they were planned: a tip's nearest point
+    would jump where the surface bends more than the tip.
+
+    Args:
+        system: Hand and contacts.
+        joints: Where to begin, shape (n_q,).
+        coordinates: The contacts on their charts, shape (n_c, 2).
+        to_palm: Pose of the object, transform_object_to_palm, shape (4, 4).
+
+    Raises:
+        ManipulationError: A tip cannot be brought there.
     """
     q = np.array(joints, dtype=np.float64)
     state = system.state(q, np.zeros((system.n_contacts, 5)))

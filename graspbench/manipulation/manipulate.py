@@ -16,10 +16,11 @@ from graspbench.manipulation.classification import GraspClass, classify
 from graspbench.manipulation.clik import Clik, ClikParameters
 from graspbench.manipulation.contact_kinematics import ContactType, ManipulationSystem
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters
-from graspbench.manipulation.held_object import hold_object
+from graspbench.manipulation.held_object import HeldObject, hold_object
 from graspbench.manipulation.loop import ClikHistory
 from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
+from graspbench.manipulation.pad_compliance import PadCompliance
 from graspbench.manipulation.reach import follow, refusal
 from graspbench.reconstruction.surface import Surface
 
@@ -31,7 +32,8 @@ class ContactParameters:
     """How a hand's fingertips meet the object while they move it."""
 
     kind: Annotated[
-        ContactType, Field(description="rolling (spherical tips without slip), hard, soft or frictionless")
+        ContactType,
+        Field(description="rolling (spherical tips without slip), hard, soft, soft_pad or frictionless"),
     ] = "rolling"
     patch_radius_m: Annotated[float, Field(gt=0, description="Size of the local charts on a mesh")] = 0.015
     mass_kg: Annotated[
@@ -84,7 +86,8 @@ def manipulate_object(
     )
     palm, trajectory = held.transform_palm_to_world, object_motion(motion, held.position, held.rotation)
     grasp_class = classify(held.system.state(held.joints, held.variables))
-    forces = _ForceRecorder(chosen, trajectory, palm[:3, :3], clik.step_s, gravity)
+    forces = _ForceRecorder(chosen, trajectory, palm[:3, :3], clik.step_s, gravity, held.system)
+    held = forces.settled(held)
     reach, history = follow(held, motion, clik, watch=forces.watch)
     if history is None:
         raise refusal(reach)
@@ -92,7 +95,7 @@ def manipulate_object(
 
 
 class _ForceRecorder:
-    """Computes contact forces at a lower rate while the motion runs."""
+    """Computes contact forces at a lower rate while the motion runs; soft pads give way to them."""
 
     def __init__(
         self,
@@ -101,6 +104,7 @@ class _ForceRecorder:
         to_world: FloatArray,
         step_s: float,
         gravity: float,
+        system: ManipulationSystem,
     ) -> None:
         self.times: list[float] = []
         self.forces: list[FloatArray] = []
@@ -110,23 +114,47 @@ class _ForceRecorder:
         self._mass = _UNKNOWN_MASS_KG if parameters.mass_kg is None else parameters.mass_kg
         self._gravity = gravity * to_world.T @ np.array([0.0, 0.0, 1.0])
         self._distribute = ForceDistribution(parameters.forces)
+        self.pads = PadCompliance(system, parameters.forces.pad) if parameters.kind == "soft_pad" else None
+        self.deflections: list[FloatArray] = []
+
+    def settled(self, held: HeldObject) -> HeldObject:
+        """Return the start with its pads loaded, if there are any and forces balance the weight."""
+        if self.pads is None:
+            return held
+        try:
+            found = self._distribute(held.system.state(held.joints, held.variables), self._load(0.0))
+        except ManipulationError:
+            return held
+        return self.pads.settled(held, found)
 
     def watch(self, clik: Clik, period: int) -> None:
-        if period % self._every:
-            return
-        time_s = period * self._step_s
-        load = np.zeros(6)
-        # a point mass: the torque of a small object's angular acceleration is negligible here
-        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + self._gravity)
+        """Record the forces of a period, if they are due, and let the pads give way until the next one."""
+        if self.pads is not None:
+            self.deflections.append(self.pads.deflections)
+        if period % self._every == 0:
+            self._record(clik, period * self._step_s)
+        if self.pads is not None:
+            self.pads.pass_time((period % self._every + 1) / self._every)
+
+    def _record(self, clik: Clik, time_s: float) -> None:
         self.times.append(time_s)
         try:
-            found = self._distribute(clik.state, load)
+            found = self._distribute(clik.state, self._load(time_s))
         except ManipulationError:
             self.forces.append(np.full((clik.system.n_contacts, 3), np.nan))
             self.margins.append(float("nan"))
-        else:
-            self.forces.append(found.forces)
-            self.margins.append(found.smallest_margin)
+            return
+        self.forces.append(found.forces)
+        self.margins.append(found.smallest_margin)
+        if self.pads is not None:
+            self.pads.load(clik.state, found)
+
+    def _load(self, time_s: float) -> FloatArray:
+        """Return the wrench that the fingers have to apply to the object, shape (6,)."""
+        load = np.zeros(6)
+        # a point mass: the torque of a small object's angular acceleration is negligible here
+        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + self._gravity)
+        return load
 
 
 def _result(
@@ -142,7 +170,7 @@ def _result(
     actual[:, :3, :3] = history.object_rotations[:, 0]
     actual[:, :3, 3] = history.object_positions.mean(axis=1)
     wanted[:, :3, :3], wanted[:, :3, 3] = history.desired_rotations, history.desired_positions
-    points, drift = _contacts(system, history, wanted)
+    points, drift = _contacts(system, history, wanted, forces)
     return ManipulationResult(
         history=history,
         joint_names=hand.joint_names,
@@ -157,11 +185,12 @@ def _result(
         force_times=np.array(forces.times),
         forces=np.array(forces.forces),
         force_margins=np.array(forces.margins),
+        pad_indentation_max_m=None if forces.pads is None else forces.pads.indentation_max_m,
     )
 
 
 def _contacts(
-    system: ManipulationSystem, history: ClikHistory, wanted: FloatArray
+    system: ManipulationSystem, history: ClikHistory, wanted: FloatArray, forces: _ForceRecorder
 ) -> tuple[FloatArray, FloatArray]:
     """Return the contacts' points, and how far the tips are from them on the object as it should be.
 
@@ -173,6 +202,8 @@ def _contacts(
     drift = np.zeros(points.shape[:2])
     radii = system.arrays.tip_radii[:, None]
     for k in range(len(points)):
+        if forces.pads is not None:
+            forces.pads.apply(forces.deflections[k])
         state.update(history.joints[k], history.contact_variables[k])
         points[k] = state.surface_points
         tips = (state.tip_positions - wanted[k, :3, 3]) @ wanted[k, :3, :3]

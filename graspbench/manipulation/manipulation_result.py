@@ -27,6 +27,7 @@ class ManipulationResult:
         force_times: When the forces were computed, shape (s,), s.
         forces: Fingers' forces on the object, palm frame, shape (s, n_c, 3), N; NaN where none balance.
         force_margins: Smallest margin to a friction cone's side, shape (s,), N; NaN likewise.
+        pad_indentation_max_m: Deepest indentation of a soft pad; None for other contacts.
     """
 
     history: ClikHistory
@@ -42,8 +43,9 @@ class ManipulationResult:
     force_times: FloatArray
     forces: FloatArray
     force_margins: FloatArray
+    pad_indentation_max_m: float | None = None
 
-    def summary(self) -> dict[str, float | int | bool]:
+    def summary(self) -> dict[str, float | int | bool | None]:
         """Return the figures that decide, by name."""
         known = self.force_margins[np.isfinite(self.force_margins)]
         return {
@@ -59,5 +61,6 @@ class ManipulationResult:
             "indeterminate": self.grasp_class.indeterminate,
             "degrees_of_freedom": self.grasp_class.degrees_of_freedom,
             "force_margin_min_n": float(known.min()) if known.size else float("nan"),
+            "pad_indentation_max_m": self.pad_indentation_max_m,
             "balanced_share": float(known.size / max(len(self.force_margins), 1)),
         }

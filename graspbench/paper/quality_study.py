@@ -97,8 +97,8 @@ def predictor_table(found: "Analysis") -> "Table":
             f"objects, {counts['disturbances']} graded disturbances; {counts['held']} were held, "
             f"{counts['withstood']} withstood {NEEDED_WEIGHT:g} weight in every direction. 95 % intervals "
             "by bootstrap over objects.",
-            f"Best single and combination: chosen and fitted on the other objects, {FOLDS} folds. A predictor "
-            "of which less is better counts with its sign turned.",
+            f"Best single and combination: chosen and fitted on the other objects, {FOLDS} folds. Where less "
+            "is better, the predictor's sign is turned.",
         ),
     )
 

@@ -34,7 +34,7 @@ def quality_of(
         friction=quality.friction,
         cone_edges=quality.cone_edges,
         torque_length=torque_length_m,
-        torsional_friction=quality.torsional_friction,
+        torsional_friction=quality.torsion(torque_length_m),
         norm=quality.norm,
     )
 
@@ -83,12 +83,17 @@ def _merit_bounds(
         torque_length=torque_length_m,
     )
     q1, q2 = singular_measures(grasp_matrix(maps))
-    bounds: FloatArray = np.cbrt(q1 * q2 * support_bounds(maps, quality))
+    bounds: FloatArray = np.cbrt(q1 * q2 * support_bounds(maps, quality, torque_length_m))
     return bounds
 
 
 def support_bounds(
-    maps: FloatArray, quality: QualityParameters, *, tight: bool = True, directions: int | None = None
+    maps: FloatArray,
+    quality: QualityParameters,
+    torque_length_m: float,
+    *,
+    tight: bool = True,
+    directions: int | None = None,
 ) -> FloatArray:
     """Return upper bounds of Q3, shape (n,), from wrench maps of shape (n, n_f, d, n_basis).
 
@@ -96,7 +101,7 @@ def support_bounds(
     set (only the first ``directions`` of it, if given), and for ``tight`` bounds also what a descent from the
     best of them meets.
     """
-    wrenches = quality.polytope().vertices @ np.swapaxes(maps, -1, -2)
+    wrenches = quality.polytope(torque_length_m).vertices @ np.swapaxes(maps, -1, -2)
     size = maps.shape[-2]
     supports = _supports(wrenches, _directions(size)[:directions].T[None], quality.norm)
     bounds = supports.min(axis=-1)

@@ -47,7 +47,7 @@ def payload_n(
         A_eq=balance,
         b_eq=np.zeros(6),
     )
-    return float(-found.fun) if found.status == 0 else 0.0
+    return 0.0 if found.status != 0 or found.fun is None else float(-found.fun)
 
 
 _LENGTH_M = 0.1

@@ -75,7 +75,7 @@ class Robustness:
                 friction=chosen.friction,
                 cone_edges=chosen.cone_edges,
                 torque_length=self._length_m,
-                torsional_friction=chosen.torsional_friction,
+                torsional_friction=chosen.torsion(self._length_m),
                 norm=chosen.norm,
             ).q3
         return values

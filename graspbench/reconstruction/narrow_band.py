@@ -19,7 +19,7 @@ from graspbench.reconstruction.hull_fields import (
 SLACK = 0.75
 """Share of the distance in the images that the border is surely away: perspective stretches distances."""
 
-BLOCK_CELLS = 8
+BLOCK_CELLS = 4
 """Cells along each side of a block of the first look."""
 
 APPROACHES = 3

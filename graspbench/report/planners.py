@@ -11,7 +11,8 @@ from graspbench.arrays import FloatArray
 from graspbench.report import columns as c
 from graspbench.report.notes import status_notes, trial_notes
 from graspbench.report.statistics import Interval, bootstrap_mean, wilson_interval
-from graspbench.report.tables import Column, Row, Table
+from graspbench.report.tables import Column, Table
+from graspbench.report.tables.model import Row
 
 PLANNER = "planner"
 _NAMED, _FOUND_BY = "planned.planner", "local.found_by"
@@ -98,7 +99,7 @@ def _leaderboard(trials: pd.DataFrame, executed: bool, notes: Sequence[str]) -> 
             "Found: trials with a grasp that the hand holds. "
             + ("Held: of all trials, those whose object was held to the end. " if executed else "")
             + "Rates with Wilson's 95 % intervals. Q1 to Q3, pushes and diversity are means of the grasps "
-            "found, with 95 % intervals by bootstrap over objects; times are medians since the reconstruction "
+            "found, with 95 % intervals by bootstrap over objects; times are medians since reconstruction "
             "began, which is part of them. Diversity: mean distance of contacts between the grasps found in "
             "a trial.",
             *notes,
@@ -152,7 +153,7 @@ def _summary(group: pd.DataFrame) -> dict[str, Any]:
         asked = c.numbers(group, c.SUCCESS).notna()
         held = c.numbers(group[asked], c.SUCCESS)
         summary |= _interval("held", wilson_interval(int(held.sum()), int(asked.sum())))
-    objects = group[c.OBJECT].to_numpy()
+    objects = group[c.OBJECT].astype(str).tolist()
     for key, column in _MEANS.items():
         values = _numbers(group, column)
         summary |= _interval(key, bootstrap_mean(values, objects))

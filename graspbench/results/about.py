@@ -53,6 +53,7 @@ _UNITS = {
     "_mm": "mm",
     "_deg": "deg",
     "_weight": "multiples of the weight",
+    "_nm": "N m",
     "_n": "N",
     "_m": "m",
     "_s": "s",

@@ -60,6 +60,13 @@ class ExecutedResult(Part):
     largest_push_weight: Annotated[
         Number | None, About("Push resisted in the weakest direction", empty="no pushes were asked for")
     ] = None
+    twists_nm: Annotated[
+        tuple[Number, ...] | None,
+        About("Largest torque resisted about +x, -x, +y, -y, +z, -z", empty="no torques were asked for"),
+    ] = None
+    largest_twist_nm: Annotated[
+        Number | None, About("Torque resisted about the weakest axis", empty="no torques were asked for")
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +88,9 @@ class ManipulationSummary(Part):
         Number, About("Smallest margin to a friction cone's side", empty="no forces balance the weight")
     ]
     balanced_share: Annotated[Number, About("Share of the motion in which contact forces balance the weight")]
+    pad_indentation_max_m: Annotated[
+        Number | None, About("Deepest indentation of a soft pad", empty="other contacts; older result")
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

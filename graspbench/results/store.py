@@ -10,11 +10,14 @@ import errno
 import fcntl
 import json
 import os
+import secrets
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from graspbench.errors import LogError, OutputError
 from graspbench.results.columns import csv_text, parquet_bytes, results_frame
@@ -37,6 +40,7 @@ TABLE_FILE = "trials.csv"
 # What a disk says when it takes nothing more: whatever is being done, it must stop.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 _MAX_RESULT_BYTES = 64 << 20
+_MAX_VALUES = 20_000  # each is a column of tables, or may be
 _CLAIMS_FILE = ".claims"
 
 
@@ -80,8 +84,8 @@ class ResultStore:
         """
         with writable(self.root):
             self.root.mkdir(parents=True, exist_ok=True)
-            stream = (self.root / _CLAIMS_FILE).open("ab")
-        with stream:
+            opened = open_for_appending(self.root / _CLAIMS_FILE)
+        with opened as stream:
             try:
                 fcntl.lockf(stream, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(trial_id, 16))
             except OSError:
@@ -159,6 +163,30 @@ def writable(path: Path) -> Iterator[None]:
         raise no_room(path, error) from error
 
 
+def open_for_appending(path: Path) -> BinaryIO:
+    """Open a file of a results folder, made where there is none.
+
+    The folder may come from somebody: a link there may lead out of it, a pipe would be waited for.
+
+    Raises:
+        OSError: It is no regular file, or cannot be written.
+    """
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    stream = os.fdopen(os.open(path, flags, 0o666), "ab")
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.close()
+        raise OSError(errno.EINVAL, "it is no regular file", str(path))
+    return stream
+
+
+def is_own_file(path: Path) -> bool:
+    """Tell whether a path is a regular file itself, no link to one: a link may lead out of a folder."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except OSError:
+        return False
+
+
 def no_room(path: Path, error: OSError) -> OutputError:
     """Return the sentence about a place that cannot be written."""
     return OutputError(
@@ -180,11 +208,13 @@ def read_result(path: Path) -> TrialResult:
         LogError: The file cannot be read, or is of a newer schema than this version knows.
     """
     try:
-        if not path.is_file():
+        if not is_own_file(path):
             raise ValueError("it is no regular file")
         if path.stat().st_size > _MAX_RESULT_BYTES:
             raise ValueError(f"it has more than {_MAX_RESULT_BYTES >> 20} MB")
         values = json.loads(path.read_text(encoding="utf-8"))
+        if _values_in(values) > _MAX_VALUES:
+            raise ValueError(f"it has more than {_MAX_VALUES} values")
         return result_from_plain(migrate(values, path))
     except (OSError, ValueError, RecursionError, TypeError, AttributeError) as error:
         reason = str(error) or type(error).__name__
@@ -242,17 +272,30 @@ def _readable(path: Path, trial_id: str) -> TrialResult:
         return TrialResult(trial_id=trial_id, status="unreadable", reason=str(error))
 
 
+def _values_in(document: object) -> int:
+    """Return how many values and containers a JSON document has."""
+    count, waiting = 0, [document]
+    while waiting:
+        found = waiting.pop()
+        count += 1
+        if isinstance(found, dict):
+            waiting.extend(found.values())
+        elif isinstance(found, list):
+            waiting.extend(found)
+    return count
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write a file so that readers see the old content or the new, never a part.
 
     Raises:
         OutputError: It cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
     with writable(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with temporary.open("wb") as stream:
+            with temporary.open("xb") as stream:
                 stream.write(content.encode() if isinstance(content, str) else content)
                 stream.flush()
                 os.fsync(stream.fileno())

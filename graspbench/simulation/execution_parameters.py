@@ -68,6 +68,15 @@ class ExecutionParameters:
             gt=0, description="grip_force_n counts up to this share of what the fingers' springs keep steady"
         ),
     ] = 0.2
+    slip_response: Annotated[
+        float,
+        Field(
+            ge=0, le=10, description="Share by which the grip gets firmer per 0.1 mm of felt sliding; 0: none"
+        ),
+    ] = 0.0
+    slip_force_limit_n: Annotated[
+        float, Field(gt=0, description="Mean normal force up to which felt sliding makes the grip firmer, N")
+    ] = 20.0
     squeeze_time_s: Annotated[float, Field(gt=0, description="Time in which the grip force builds up, s")] = (
         0.4
     )
@@ -95,6 +104,12 @@ class ExecutionParameters:
     push_slip_m: Annotated[float, Field(gt=0, description="Net sliding at a contact that ends a push, m")] = (
         0.002
     )
+    twist_limit_nm: Annotated[
+        float, Field(ge=0, description="Largest torque tried after the pushes, N m; 0: none are")
+    ] = 0.0
+    twist_slip_deg: Annotated[
+        float, Field(gt=0, description="Turn of the object in the hand that ends a torque, deg")
+    ] = 10.0
     shake_amplitude_m: Annotated[
         float, Field(gt=0, description="Amplitude of the wrist's shakes along x, y and z, m")
     ] = 0.02

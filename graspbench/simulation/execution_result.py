@@ -70,6 +70,7 @@ class ExecutionResult:
         phases: Outcomes of the phases after the contact.
         pushes_weight: Largest push resisted along +x, -x, +y, -y, +z, -z of the world, multiples of the
             weight; None if not asked for.
+        twists_nm: Largest torque resisted about the same axes; None if not asked for.
         time_s: Simulated time.
         motion: Samples for the record.
     """
@@ -90,6 +91,7 @@ class ExecutionResult:
     grip_force_n: float
     phases: tuple[PhaseOutcome, ...]
     pushes_weight: tuple[float, ...] | None
+    twists_nm: tuple[float, ...] | None
     time_s: float
     motion: Motion
 
@@ -97,3 +99,8 @@ class ExecutionResult:
     def largest_push_weight(self) -> float | None:
         """Push resisted in the weakest of the six directions, multiples of the weight."""
         return None if self.pushes_weight is None else min(self.pushes_weight)
+
+    @property
+    def largest_twist_nm(self) -> float | None:
+        """Torque resisted about the weakest of the six axes."""
+        return None if self.twists_nm is None else min(self.twists_nm)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 FILM = "execution"
 """Name of the film's file, without its suffix."""
 
-_SIZE = (480, 360)
+_SIZE = (400, 300)
 _FRAMES_PER_S = 10.0
 _MAX_FRAMES = 90  # what lasts longer is shown faster: so the cost is bounded
 _FIELD_DEG = 34.0

@@ -7,6 +7,7 @@ import pinocchio
 
 from graspbench.arrays import FloatArray
 from graspbench.grasp.internal_forces import internal_forces
+from graspbench.simulation.pad_friction import PadFriction
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
 
@@ -54,6 +55,7 @@ class ForceControl:
         self._renew = max(1, round(_RENEW_S / stage.time_step_s))
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
+        self._pads = PadFriction(stage, fingers)
         self._points, self._normals = self._contacts()
         needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
@@ -118,6 +120,7 @@ class ForceControl:
         stage, p = self._stage, self._stage.parameters
         stage.hand.drive_wrist(palm, stage.time_step_s)
         q, velocity = stage.hand.state()
+        self._pads.follow_load()
         if self._age % self._renew == 0:
             self._renew_torques(q, palm, loaded=load > 0.0)
         self._age += 1

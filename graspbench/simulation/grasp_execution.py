@@ -80,6 +80,7 @@ def execute_grasp(
         grip_force_n=0.0 if outcome is None else outcome.grip_force_n,
         phases=() if outcome is None else outcome.phases,
         pushes_weight=None if outcome is None else outcome.pushes_weight,
+        twists_nm=None if outcome is None else outcome.twists_nm,
         time_s=stage.time_s,
         motion=stage.motion(),
     )
@@ -93,12 +94,14 @@ class _HoldOutcome:
         grip_force_n: Mean normal force of a finger.
         phases: Their outcomes, up to the first that lost the object.
         pushes_weight: Largest push resisted along +-x, +-y, +-z, multiples of the weight; None if not tried.
+        twists_nm: Largest torque resisted about the same axes; None if not tried.
         reason: Why the object was lost; None if it was not.
     """
 
     grip_force_n: float
     phases: tuple[PhaseOutcome, ...]
     pushes_weight: tuple[float, ...] | None
+    twists_nm: tuple[float, ...] | None
     reason: str | None
 
 
@@ -111,12 +114,14 @@ def _hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[
         touches: How each of them touched first.
     """
     grip = Grip(stage, fingers, touches)
-    pushes = None
+    pushes = twists = None
     if grip.squeeze():
         plan = stage.phases()
         held = all(grip.move(phase) for phase in plan.carrying)
         if held and plan.pushes:
             pushes = tuple(grip.push(direction) for direction in _PUSHES)
+            if stage.parameters.twist_limit_nm > 0.0:
+                twists = tuple(grip.twist(axis) for axis in _PUSHES)
         if held:
             all(grip.move(phase) for phase in plan.shakes)
-    return _HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, grip.reason)
+    return _HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, twists, grip.reason)

@@ -11,6 +11,7 @@ from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.phases import Phase, smooth
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.slip import SlipMeter
+from graspbench.simulation.slip_response import SlipResponse
 from graspbench.simulation.stage import Stage, turn_deg
 
 _LOOK_S = 0.02
@@ -35,6 +36,7 @@ class Grip:
         self._stage, self._fingers = stage, fingers
         self.control = ForceControl(stage, fingers, touches)
         self._slip = SlipMeter(stage.hand, fingers, stage.parameters.contact_force_n)
+        self._response = self._new_response()
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
@@ -74,6 +76,7 @@ class Grip:
             centres[k + 1] = (self.palm @ centre)[:3]
             if k % self._look == 0:
                 self._slip.look()
+                self._response.feel(self._slip.slip_m)
         return self._judge(phase.name, self._largest_load(centres), lifted=True)
 
     def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
@@ -85,6 +88,7 @@ class Grip:
             self._stage.step()
             if k % self._look == 0:
                 self._slip.look()
+                self._response.feel(self._slip.slip_m)
         return self._judge(name, 1.0, lifted=True)
 
     def push(self, direction: FloatArray) -> float:
@@ -92,34 +96,78 @@ class Grip:
 
         Afterwards everything is as before.
         """
+        p, body = self._stage.parameters, self._stage.world.object_model
+        weight_n = body.mass_kg * self._stage.world.scene.gravity
+
+        def apply(share: float) -> None:
+            pybullet.applyExternalForce(
+                self._stage.world.object_id,
+                -1,
+                (share * p.push_limit * weight_n * direction).tolist(),
+                self._stage.world.object_pose()[:3, 3].tolist(),
+                pybullet.WORLD_FRAME,
+                physicsClientId=self._stage.world.client,
+            )
+
+        return p.push_limit * self._resisted(apply, lambda slip_m, _: slip_m > p.push_slip_m)
+
+    def twist(self, axis: FloatArray) -> float:
+        """Turn the object harder and harder about an axis till it gives way; return the torque resisted, N m.
+
+        Afterwards everything is as before.
+        """
+        p = self._stage.parameters
+
+        def apply(share: float) -> None:
+            pybullet.applyExternalTorque(
+                self._stage.world.object_id,
+                -1,
+                (share * p.twist_limit_nm * axis).tolist(),
+                pybullet.WORLD_FRAME,
+                physicsClientId=self._stage.world.client,
+            )
+
+        return p.twist_limit_nm * self._resisted(
+            apply, lambda slip_m, turned_deg: slip_m > p.push_slip_m or turned_deg > p.twist_slip_deg
+        )
+
+    def _resisted(self, apply: Callable[[float], None], gives_way: Callable[[float, float], bool]) -> float:
+        """Return the share of a growing disturbance that is resisted; afterwards everything is as before.
+
+        Args:
+            apply: Applies a share of the disturbance, 0 to 1, for the next step.
+            gives_way: Whether the largest sliding at a contact, m, and the object's turn, deg, are too much.
+        """
         stage, p = self._stage, self._stage.parameters
-        client, body = stage.world.client, stage.world.object_model
+        client = stage.world.client
         saved = pybullet.saveState(physicsClientId=client)
         before, slip = self.object_in_palm(), SlipMeter(stage.hand, self._fingers, p.contact_force_n)
         slip.look()
+        firmness_n, response = self.control.mean_force_n, self._new_response()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
         for k in range(1, steps + 1):
-            push = p.push_limit * k / steps
-            pybullet.applyExternalForce(
-                stage.world.object_id,
-                -1,
-                (push * body.mass_kg * stage.world.scene.gravity * direction).tolist(),
-                stage.world.object_pose()[:3, 3].tolist(),
-                pybullet.WORLD_FRAME,
-                physicsClientId=client,
-            )
+            apply(k / steps)
             self.control.drive(self.palm, 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
-                drift = np.linalg.norm(self.object_in_palm()[:3, 3] - before[:3, 3])
-                if slip.slip_m > p.push_slip_m or drift > p.slip_limit_m:
+                response.feel(slip.slip_m)
+                now = self.object_in_palm()
+                drift = np.linalg.norm(now[:3, 3] - before[:3, 3])
+                if gives_way(slip.slip_m, turn_deg(before, now)) or drift > p.slip_limit_m:
                     break
-                resisted = push
+                resisted = k / steps
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
-        return float(resisted)
+        if self.control.mean_force_n != firmness_n:
+            self.control.mean_force_n = firmness_n
+            self.control.distribute()
+        return resisted
+
+    def _new_response(self) -> SlipResponse:
+        p = self._stage.parameters
+        return SlipResponse(self.control, p.slip_response, p.slip_force_limit_n)
 
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))

@@ -16,7 +16,7 @@ from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
 from graspbench.simulation.mounts.motors import POSITION_GAIN
 from graspbench.simulation.mounts.mount import Mount
 from graspbench.simulation.tip_friction import TipFriction
-from graspbench.simulation.world import ObjectWorld
+from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
 
@@ -277,20 +277,45 @@ class SimulatedHand:
                 physicsClientId=self._client,
             )
 
+    def set_torsion(self, finger: int, torsional_m: float) -> None:
+        """Set the torque about the contact normal per normal force of one finger, m."""
+        spinning = spinning_friction(torsional_m, self._lateral, self.world.object_model.friction)
+        for link, (owner, _) in self._finger_of_link.items():
+            if owner == finger:
+                pybullet.changeDynamics(
+                    self.body, link, spinningFriction=spinning, physicsClientId=self._client
+                )
+
     def _set_friction(self, friction: TipFriction) -> None:
         # Bullet multiplies the two bodies' coefficients.
-        lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
+        self._lateral = friction.coulomb / max(self.world.object_model.friction, 1e-6)
+        spinning = spinning_friction(friction.torsional_m, self._lateral, self.world.object_model.friction)
         for link in self._finger_of_link:
             pybullet.changeDynamics(
                 self.body,
                 link,
-                lateralFriction=lateral,
-                spinningFriction=friction.torsional_m,
+                lateralFriction=self._lateral,
+                spinningFriction=spinning,
                 rollingFriction=0.0,
                 restitution=0.0,
                 jointDamping=0.0,
                 physicsClientId=self._client,
             )
+
+
+def spinning_friction(torsional_m: float, own_lateral: float, object_lateral: float) -> float:
+    """Return a fingertip's spinning friction that makes a torque about the normal per normal force.
+
+    Bullet adds up each body's spinning friction times the other's lateral friction. The object's own, which
+    keeps it from spinning on the table for ever, bounds the torque from below.
+
+    Args:
+        torsional_m: Torque per normal force between fingertip and object, m.
+        own_lateral: Lateral friction of the fingertip in Bullet.
+        object_lateral: That of the object.
+    """
+    left = torsional_m - SPINNING_FRICTION_M * own_lateral
+    return max(left, 0.0) / max(object_lateral, 1e-6)
 
 
 def _touch(

@@ -25,7 +25,7 @@ _REST_STEPS = 120
 _REST_DRIFT_M = 5e-5
 _REST_TURN = 1e-3
 _ROLLING_FRICTION_M = 2e-4
-_SPINNING_FRICTION_M = 2e-4
+SPINNING_FRICTION_M = 2e-4
 
 
 class ObjectWorld:
@@ -135,7 +135,7 @@ class ObjectWorld:
             localInertiaDiagonal=self._moments.tolist(),
             lateralFriction=model.friction,
             rollingFriction=_ROLLING_FRICTION_M,
-            spinningFriction=_SPINNING_FRICTION_M,
+            spinningFriction=SPINNING_FRICTION_M,
             collisionMargin=_COLLISION_MARGIN_M,
             physicsClientId=self.client,
         )
@@ -185,7 +185,7 @@ class World(ObjectWorld):
             -1,
             lateralFriction=self.scene.table_friction,
             rollingFriction=_ROLLING_FRICTION_M,
-            spinningFriction=_SPINNING_FRICTION_M,
+            spinningFriction=SPINNING_FRICTION_M,
             physicsClientId=self.client,
         )
         return table

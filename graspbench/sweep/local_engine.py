@@ -12,7 +12,7 @@ from multiprocessing import forkserver, get_context, resource_tracker
 from pathlib import Path
 from typing import Any
 
-from graspbench.results.store import ResultStore
+from graspbench.results.store import ResultStore, is_own_file
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.sweep.watchdog import Watchdog
 from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
@@ -122,7 +122,7 @@ def _stored(task: PendingTrial, store: ResultStore) -> TrialResult:
 
 def _failure(task: PendingTrial, store: ResultStore, status: Status, reason: str) -> TrialResult:
     last_words = fault_file(store.root, task.config.trial_id)
-    details = last_words.read_text(encoding="utf-8") if last_words.is_file() else None
+    details = last_words.read_text(encoding="utf-8", errors="replace") if is_own_file(last_words) else None
     with store.claim(task.config.trial_id):
         result = failed_result(task.config, store, status, reason, details)
     last_words.unlink(missing_ok=True)

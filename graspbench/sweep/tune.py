@@ -15,7 +15,7 @@ from hydra.core.override_parser.types import IntervalSweep, Override
 from graspbench.config.overrides import parse_override
 from graspbench.errors import ConfigurationError, LogError, sentence, shown
 from graspbench.results.columns import results_frame
-from graspbench.results.store import ResultStore, writable
+from graspbench.results.store import ResultStore, open_for_appending, writable
 from graspbench.sweep.grid import SweepOptions, plan_sweep, run_sweep
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _readable_study(path: Path) -> Iterator["optuna.storages.RDBStorage"]:
         return sqlite3.connect(path, timeout=_WAIT_S)
 
     with writable(path):
-        path.open("ab").close()
+        open_for_appending(path).close()
     try:
         yield optuna.storages.RDBStorage(
             "sqlite://", engine_kwargs={"creator": connect, "poolclass": NullPool}

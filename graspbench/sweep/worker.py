@@ -146,7 +146,8 @@ def _last_words(path: Path, timeout_s: float | None) -> Iterator[None]:
     """Leave a traceback in a file when the process is killed by a signal or by the time limit."""
     with writable(path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-        opened = path.open("w", encoding="utf-8")
+        path.unlink(missing_ok=True)  # whatever a folder that came from somebody has there
+        opened = path.open("x", encoding="utf-8")
     with opened as stream:
         faulthandler.enable(stream)
         if timeout_s is not None:

@@ -18,7 +18,7 @@ from graspbench.results.physical_results import ManipulationSummary, PlayedResul
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
-from graspbench.trial.outcome import local_result, object_result, phase_results
+from graspbench.trial.outcome import local_result, object_result, phase_results, planned_result
 from graspbench.trial.planned import PlannedTrial, film, planned_trial
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ def run_in_hand(
             reason=reason,
             success=reason is None,
             object=object_result(trial),
+            planned=planned_result(config.planner_name, trial.plan),
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             in_hand=None if played is None else _played_result(played),
@@ -124,14 +125,15 @@ def _play(
         _, approach = clear_approach(trial.plan.history, trial.surfaces[-1], trial.hand, config.planner)
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
-    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m)
+    pad = config.contact.forces.pad if config.contact.kind == "soft_pad" else None
+    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m, pad)
     with clock.stage("execution"):
         return play_in_hand(
             trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
         )
 
 
-def _typed(figures: dict[str, float | int | bool]) -> dict[str, Any]:
+def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:
     return dict(figures)
 
 

@@ -15,7 +15,15 @@ from graspbench.geometry import object_name
 from graspbench.record import TrialLog
 from graspbench.results.plain import to_json
 from graspbench.results.provenance import provenance
-from graspbench.results.store import NO_ROOM, RESULT_FILE, SCHEMA_VERSION, ResultStore, no_room, writable
+from graspbench.results.store import (
+    NO_ROOM,
+    RESULT_FILE,
+    SCHEMA_VERSION,
+    ResultStore,
+    is_own_file,
+    no_room,
+    writable,
+)
 from graspbench.results.traces import without_places
 from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
 from graspbench.trial.clock import StageClock, Watch
@@ -153,7 +161,8 @@ def failed_result(
     with store.writing(config.trial_id) as folder, writable(folder):
         (folder / CONFIG_FILE).write_text(config.as_yaml(), encoding="utf-8")
         for log in (path for left in remains for path in left.glob("*.mcap.partial")):
-            shutil.copyfile(log, folder / log.name)
+            if is_own_file(log):
+                shutil.copyfile(log, folder / log.name)
         if details:
             (folder / ERROR_FILE).write_text(without_places(details), encoding="utf-8")
         (folder / RESULT_FILE).write_text(to_json(result), encoding="utf-8")

@@ -4,8 +4,17 @@
 after an installation. Without it the first trial compiles what it needs.
 """
 
+import tempfile
 from multiprocessing import get_context
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+# The kernels are those of any trial; its size does not matter.
+_COARSE = (
+    "camera.width=160", "camera.height=120", "camera.fx=150", "camera.fy=150", "stations.outer.count=4",
+    "stations.inner.count=0", "surface.meridians=12", "surface.parallels=10", "planner.candidates=2",
+    "planner.planes=2",
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from graspbench.config.trial_config import TrialConfig
@@ -13,12 +22,24 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Compile both halves at the same time."""
+    """Compile both halves at the same time, then what is left of a trial."""
     context = get_context("spawn")
     other = context.Process(target=warm_up_hand)
     other.start()
     warm_up_planner()
     other.join()
+    warm_up_trial()
+
+
+def warm_up_trial() -> None:
+    """Compile what else a trial with pictures runs through: images, surface, paths, drawing."""
+    from graspbench.config.trial_config import load_config
+    from graspbench.results.store import ResultStore
+    from graspbench.trial.runner import run_and_store
+
+    config = load_config([*_COARSE, "search.enabled=false", "execution.until=contact"])
+    with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
+        run_and_store(config, ResultStore(Path(folder)))
 
 
 def warm_up_planner() -> None:

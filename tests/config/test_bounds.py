@@ -26,7 +26,7 @@ def numbers(kind: Any, prefix: str):
             yield f"{prefix}.{name}", name, hint, info
 
 
-TRIAL = [row for section, kind in SECTIONS.items() for row in numbers(kind, section)]
+TRIAL = [row for section in SECTIONS for row in numbers(section_type(section, {}), section)]
 MOTION = [row for section in MANIPULATION_SECTIONS for row in numbers(section_type(section, {}), section)]
 INDEX = [row for name in INDICES.names() for row in numbers(section_type("index", {"name": name}), name)]
 

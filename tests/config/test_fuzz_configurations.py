@@ -31,13 +31,28 @@ DEEP: list = []
 for _ in range(2000):
     DEEP = [DEEP]
 VALUES = [
-    None, True, False, 0, -1, 1, 2**40, 10**5000, 0.0, -0.0, 1e-300, 1e300, float("nan"), float("inf"), "",
-    "x", "auto", "null", "1", "0x1", "\ud800", "\x00", "a" * 100_000, "=cmd|x", "${oc.env:HOME}", "${a.b}",
-    "../../x", "/proc/self/mem", "~nobody/x", b"bytes", b"\xff", [], [1], [[]], ["a", 1, None], {},
+    None, True, False, 0, -1, 1, 2**40, 2**64, 10**5000, 0.0, -0.0, 1e-300, 1e300, float("nan"), float("inf"),
+    "", "x", "auto", "null", "1", "0x1", "\ud800", "\x00", "a" * 100_000, "=cmd|x", "${oc.env:HOME}",
+    "${a.b}", "../../x", "/proc/self/mem", "~nobody/x", b"bytes", b"\xff", [], [1], [[]], ["a", 1, None], {},
     {"x": 1}, {1: 2}, {None: 1}, {"name": "x"}, [float("nan")] * 5, (1, 2), {1, 2}, object(), DEEP,
     {"\ud800": 1}, {b"k": 1}, 1j,
 ]  # fmt: skip
-KEYS = ["", "name", "seed", "clik", "tasks", "grids", "choice", "\ud800", "a.b", 1, None, b"k", "x" * 5000]
+KEYS = [
+    10**5000,
+    "",
+    "name",
+    "seed",
+    "clik",
+    "tasks",
+    "grids",
+    "choice",
+    "\ud800",
+    "a.b",
+    1,
+    None,
+    b"k",
+    "x" * 5000,
+]
 WORDS = [
     "", "null", "true", "0", "-1", "1e308", "1e-308", "nan", "inf", "[]", "[1,2]", "{}", "{a:1}", "a,b",
     "range(0,3)", "interval(0,1)", "glob(*)", "choice(a,b)", "sort(3,1)", "${oc.env:HOME}", "${seed}", "'",

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from graspbench.cli.arguments import complete_override
-from graspbench.cli.option_values import OPTION_VALUES
+from graspbench.cli.option_values import OPTION_VALUES, STATISTICS
 from graspbench.config.reference import option_values
+from graspbench.report import statistics
 
 
 @pytest.mark.parametrize(
@@ -41,6 +42,7 @@ def test_what_stands_in_a_list_is_not_offered_again():
 
 def test_values_are_the_schemas():
     assert option_values() == OPTION_VALUES
+    assert STATISTICS == statistics.STATISTICS
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +103,7 @@ def bash(tmp_path_factory):
         ("graspbench run scene.renderer=ti", "graspbench run scene.renderer=tiny "),
         ("graspbench objects show tedd", "graspbench objects show teddy "),
         ("graspbench run --outp", "graspbench run --output "),
+        ("graspbench report x --stat mean,med", "graspbench report x --stat mean,median "),
     ],
 )
 def test_bash_completes(bash, line, completed):

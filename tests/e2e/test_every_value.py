@@ -25,9 +25,12 @@ COARSE = (
 )  # fmt: skip
 
 # Chosen by a group whose other options they need, or by what the machine has; each has tests of its own.
-ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method"}
+ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method",
+    "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by: each in a trial of its own, so that it hides no other.
-ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures"}
+ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures", "record.print"}
+# What shows in a trial only together with something else; print pictures take longer than all the rest.
+WITH = {"record.print": ["record.pictures=true", 'execution="off"']}
 # Options whose values are words that a registry or a function knows.
 WORDS = {
     "scene.table": ("plain", "checker", "wood", "speckle"),
@@ -71,7 +74,13 @@ def grids_of(options: dict[str, tuple[Any, ...]]) -> list[list[str]]:
         [f"{key}={_word(values[i % len(values)])}" for key, values in together.items()]
         for i in range(longest)
     ]
-    alone = [[f"{key}={_word(value)}"] for key in sorted(ALONE & set(options)) for value in options[key]]
+    # They say what is planned: beyond the touch the physics is that of all trials.
+    touch = ["execution.until=contact"] if "execution.until" in options else []
+    alone = [
+        [f"{key}={_word(value)}", *WITH.get(key, touch)]
+        for key in sorted(ALONE & set(options))
+        for value in options[key]
+    ]
     return [*grids, *alone]
 
 
@@ -92,7 +101,7 @@ def _run(cli: Any, tmp_path: Any, grids: list[list[str]], *more: str) -> pd.Data
 
 
 def test_every_value_of_a_trial(cli, tmp_path):
-    options = {key: values for s, kind in SECTIONS.items() for key, values in enumerated(kind, s)}
+    options = {key: values for s in SECTIONS for key, values in enumerated(section_type(s, {}), s)}
     options = {key: values for key, values in options.items() if key not in ELSEWHERE}
     assert {"scene.table", "surface.method", "planner.select", "execution.until"} <= set(options)
     grids = [[*COARSE, *grid] for grid in grids_of(options)]

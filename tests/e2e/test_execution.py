@@ -1,5 +1,6 @@
 """Physical constants that planning and execution share, through the real command line."""
 
+import cv2
 import pytest
 
 # Few small pictures and a coarse surface: what is asked here does not depend on them.
@@ -38,3 +39,23 @@ def test_a_soft_finger_turns_as_it_was_planned_to(executed):
     assert soft["torsional_friction_m"] == pytest.approx(0.5 * softer["torsional_friction_m"], rel=0.02)
     assert 0.0005 < soft["torsional_friction_m"] < 0.002  # torque lengths of this can are 5 to 10 cm
     assert own["torsional_friction_m"] == 0.001
+
+
+def test_what_is_too_heavy_is_refused_with_both_masses_and_a_look_at_it(cli, tmp_path):
+    heavy = (*CHEAP, "execution=default", "object.mass_kg=20", "record.pictures=true")
+    finished = cli("run", *heavy, "-o", tmp_path, "--json")
+    assert finished.code == 1
+    assert finished.document["status"] == "failed"
+    assert "weighs 20.00 kg" in finished.document["reason"]
+    assert "execution.payload_safety" in finished.document["reason"]
+    (folder,) = (path.parent for path in tmp_path.glob("*/result.json"))
+    assert {path.name for path in folder.glob("*.png")} == {"views.png", "surface.png"}
+
+
+def test_an_object_that_is_lost_leaves_a_picture_of_it(cli, tmp_path):
+    slippery = (*CHEAP, "execution=default", "execution.friction=0.02", "record.pictures=true")
+    finished = cli("run", *slippery, "-o", tmp_path, "--json")
+    assert finished.document["success"] is False
+    assert finished.document["execution"]["phases"]
+    (picture,) = tmp_path.glob("*/loss.png")
+    assert cv2.imread(str(picture)).std() > 5

@@ -1,6 +1,7 @@
 """Configuration, catalogue, hands, logs, completion and help."""
 
 import re
+import shlex
 
 import pytest
 import yaml
@@ -52,6 +53,23 @@ def test_options_of_hydra_are_answered_with_what_does_it_here(cli, words, here):
     assert finished.code == 2
     assert here in finished.stderr
     assert len(finished.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("value", ["a=b.stl", "it's.stl", "a#b.stl", 'a"b.stl'])
+def test_a_value_that_needs_quotes_is_told_with_them(cli, value):
+    finished = cli("config", f"object.name={value}")
+    assert finished.code == 2
+    (_, command) = finished.stderr.strip().removesuffix(".").split("quote the value: ")
+    (override,) = shlex.split(command)
+    assert yaml.safe_load(cli("config", override).stdout)["object"]["name"] == value
+
+
+@pytest.mark.parametrize("command", ["run", "sweep", "manipulate"])
+def test_help_has_groups_and_examples_and_no_type_of_flags(cli, command):
+    text = cli(command, "-h").stdout
+    assert "<bool>" not in text
+    assert re.search(r"Groups.*camera, .*surface", text, re.DOTALL)
+    assert text.count(f"graspbench {command} ") >= 3
 
 
 def test_version_tells_the_commit(cli):

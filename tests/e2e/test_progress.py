@@ -4,11 +4,13 @@ import importlib
 import signal
 import threading
 import time
+from unittest import mock
 
 import pytest
 
 from graspbench.cli import ending
 from graspbench.cli.ending import end_on_signals, interruptible
+from graspbench.cli.live_page import LivePage
 from graspbench.cli.progress import SweepProgress
 from graspbench.results.trial_result import TrialResult
 
@@ -69,3 +71,19 @@ def test_an_ignored_hangup_stays_ignored():
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
+
+
+def test_the_page_of_a_sweep_is_there_while_it_runs_and_says_so(cli, tmp_path):
+    told, write = [], LivePage._write
+
+    def spied(page, running):
+        write(page, running)
+        told.append((running, (tmp_path / "r/report/index.html").read_text().count('"running":null')))
+
+    grid = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11", "seed=0,1")
+    with mock.patch.object(LivePage, "_write", spied):
+        finished = cli("sweep", *grid, "--jobs", 0, "--live", "-o", tmp_path / "r")
+    assert finished.code == 0, finished.stderr
+    assert told[0] == ("running: 1 of 2 trials are there", 0)
+    assert told[-1] == (None, 1)
+    assert f"page      {(tmp_path / 'r/report/index.html').resolve()}" in finished.stderr

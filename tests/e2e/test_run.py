@@ -85,10 +85,12 @@ def test_same_seed_gives_the_same_result(teddy_run, cli, tmp_path):
 def test_bottle_with_four_fingers(cli, tmp_path):
     # The thesis' rule wants equal angles; the default moves a grasp at rest on towards equilibrium.
     bottle = ("object=bottle", "hand=radial", "hand.fingers=4", "index.rest=single", "search.enabled=false")
-    finished = cli("run", *bottle, "--json", "-o", tmp_path / "r")
+    finished = cli("run", *bottle, "--json", "--video", "record.pictures=false", "-o", tmp_path / "r")
     assert finished.code == 0, finished.stderr
     result = finished.document
     assert len(result["local"]["contacts"]) == 4
+    film = cv2.VideoCapture(str(tmp_path / "r" / result["trial_id"] / "execution.mp4"))
+    assert 40 < film.get(cv2.CAP_PROP_FRAME_COUNT) <= 90  # approach, lift and turn
     points = np.array([contact["point"] for contact in result["local"]["contacts"]])
     in_plane = (points - points.mean(axis=0)) @ np.linalg.svd(points - points.mean(axis=0))[2][:2].T
     angles = np.sort(np.degrees(np.arctan2(in_plane[:, 1], in_plane[:, 0])))

@@ -7,7 +7,8 @@ import pytest
 @pytest.fixture(scope="module")
 def swept(cli, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep") / "grid"
-    arguments = ("sweep", "object=teddy,bottle", "index.k_cm=0,1", "record=off", "-o", folder)
+    quick = ("record=off", "execution=off", "search.measures=[q1]", "search.refine=false")
+    arguments = ("sweep", "object=teddy,bottle", "index.k_cm=0,1", *quick, "-o", folder)
     return cli(*arguments), folder, arguments
 
 
@@ -53,9 +54,8 @@ def test_report_in_three_formats(swept, cli):
 
 def test_one_failing_trial_leaves_the_others_alone(cli, tmp_path):
     folder = tmp_path / "r"
-    finished = cli(
-        "sweep", "object=cylinder", "object.mesh=null,missing.stl", "record=off", "-o", folder, "--jobs", "0"
-    )
+    grid = ("object=cylinder", "object.mesh=null,missing.stl", "experiment=quick", "record=off")
+    finished = cli("sweep", *grid, "-o", folder, "--jobs", "0")
     assert finished.code == 1
     table = pd.read_csv(folder / "trials.csv").set_index("status")
     assert sorted(table.index) == ["done", "failed"]

@@ -4,7 +4,7 @@ import numpy as np
 
 from graspbench.grasp import grasp_quality, is_force_closure
 
-MODELS = ("frictionless", "hard_finger", "soft_finger")
+MODELS = ("frictionless", "hard_finger", "soft_finger", "soft_pad")
 SPACES = ("spatial", "planar", "spatial_force", "planar_force")
 
 

@@ -19,7 +19,20 @@ OPTIONS = {
     "manipulability": {"fingers": (2, 0), "threshold": 1.0},
     "edge_distance": {"margin": 0.49},
     "quality_measure": {"measure": "q2", "target": 1.0},
-}
+    "velocity_manipulability": {
+        "translation": (0.3, -1.0, 0.5), "rotation": (4.0, 9.0, -6.0), "threshold": 9.0,
+    },
+    "wrench_manipulability": {"force": (0.3, -1.0, 0.5), "torque": (0.1, 0.05, -0.08), "threshold": 1e3},
+    "grasp_stiffness": {
+        "translation": (0.2, 1.0, -0.5), "rotation": (5.0, -3.0, 8.0), "threshold": 1e7,
+        "joint_stiffness_nm_rad": 7.0, "tip_compliance_m_per_n": 1e-4,
+    },
+    "cone_distance": {"friction": 0.3, "margin_deg": 80.0},
+    "demonstrated_posture": {"width_m": 0.05},
+}  # fmt: skip
+
+# The gradient is itself a difference, or the difference suffers near singular grasps.
+ROUGH = ("quality_measure", "velocity_manipulability", "wrench_manipulability", "grasp_stiffness")
 
 
 def make_system(chart, rng):
@@ -33,15 +46,28 @@ def random_state(system, case, rng):
     return system.state(rng.uniform(-2.0, 2.0, system.n_joints), variables)
 
 
+def demonstration(folder, system, rng):
+    """Write random postures by random positions of the object, with other columns between."""
+    path = folder / "demonstration.csv"
+    names = ["time_s", "object_x_m", "object_y_m", "object_z_m"]
+    names += [f"joint_{k}_{unit}" for k in range(system.n_joints) for unit in ("rad", "rad_s")]
+    table = np.hstack([rng.uniform(-0.2, 0.2, (30, 4)), rng.uniform(-1, 1, (30, 2 * system.n_joints))])
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.10g")
+    return path
+
+
 def test_every_registered_task_is_tested():
     assert set(TASKS.names()) == set(OPTIONS)
 
 
 @pytest.mark.parametrize("name", sorted(OPTIONS))
-def test_jacobian_matches_central_differences(name, chart_case):
+def test_jacobian_matches_central_differences(name, chart_case, tmp_path):
     rng = np.random.default_rng(0)
     system = make_system(chart_case[0], rng)
-    task = build_tasks({name: OPTIONS[name]})[name]
+    options = OPTIONS[name]
+    if name == "demonstrated_posture":
+        options = {**options, "file": str(demonstration(tmp_path, system, rng))}
+    task = build_tasks({name: options})[name]
     rows = 0
     for _ in range(100):
         state = random_state(system, chart_case, rng)
@@ -59,7 +85,7 @@ def test_jacobian_matches_central_differences(name, chart_case):
         expected = (ends[1].value - ends[0].value) / (2 * STEP)
         got = here.jacobian @ velocity
         scale = max(np.abs(expected).max(), np.abs(got).max(), 1e-3)
-        tolerance = 1e-6 if name != "quality_measure" else 1e-5  # its own gradient is differenced
+        tolerance = 1e-5 if name in ROUGH else 1e-6
         assert np.abs(got - expected).max() <= tolerance * scale
         assert np.all((here.activation >= 0.0) & (np.asarray(here.activation) <= 1.0))
         rows += len(here.value)
@@ -108,6 +134,9 @@ def test_presence_is_smooth_in_time():
         ("edge_distance", {"contacts": (9,)}, "names contacts 9 but there are 4"),
         ("manipulability", {"fingers": (4,)}, "names fingers 4 but there are 4"),
         ("joint_centring", {"posture": (0.0,)}, "has 1 joints but the hand 17"),
+        ("velocity_manipulability", {"translation": (0.0, 0.0, 0.0)}, "has no direction"),
+        ("wrench_manipulability", {"force": (0.0, 0.0, 0.0)}, "has no direction"),
+        ("grasp_stiffness", {"translation": (0.0, 0.0, 0.0)}, "has no direction"),
     ],
 )
 def test_tasks_that_do_not_fit_the_hand_are_refused(name, options, message):

@@ -13,16 +13,25 @@ def corner_wrenches(points, normals, tangents, model, space, friction, edges, to
     for p, n, t in zip(points, normals, tangents, strict=True):
         corners = []
         count = 1 if model == "frictionless" else edges
-        for k in range(count):
+        for k, (share, twist) in product(range(count), _sides(model, edges, torsion)):
             angle = 2.0 * np.pi * k / count
-            radius = 0.0 if model == "frictionless" else friction
+            radius = 0.0 if model == "frictionless" else share * friction
             force = n + radius * (np.cos(angle) * t + np.sin(angle) * np.cross(n, t))
-            moment = np.cross(p, force) / torque_length
-            twists = (-torsion * n, torsion * n) if model == "soft_finger" else (np.zeros(3),)
-            corners += [np.concatenate([force, moment + twist]) for twist in twists]
+            corners.append(np.concatenate([force, np.cross(p, force) / torque_length + twist * n]))
         rows = {"spatial": range(6), "planar": (0, 1, 5), "spatial_force": range(3), "planar_force": (0, 1)}
         contacts.append(np.array(corners)[:, list(rows[space])])
     return contacts
+
+
+def _sides(model, edges, torsion):
+    """Return the corners above an edge of the cone: share of the sideways force, and twist."""
+    if model == "soft_finger":
+        return (1.0, -torsion), (1.0, torsion)
+    if model != "soft_pad":
+        return ((1.0, 0.0),)
+    levels = max(1, round(edges / 4))
+    angles = 0.5 * np.pi * np.arange(-levels, levels + 1) / levels
+    return tuple(zip(np.cos(angles), torsion * np.sin(angles), strict=True))
 
 
 def ball_by_subsets(contacts):

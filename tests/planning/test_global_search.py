@@ -38,7 +38,7 @@ def _best_by_enumeration(surface, measure, n_f, allowed=lambda nodes: True, qual
         friction=quality.friction,
         cone_edges=quality.cone_edges,
         torque_length=quality.torque_length_m(surface.points, surface.centroid),
-        torsional_friction=quality.torsional_friction,
+        torsional_friction=quality.torsion(quality.torque_length_m(surface.points, surface.centroid)),
         norm=quality.norm,
     )
     values = np.asarray(getattr(found, measure))
@@ -86,7 +86,7 @@ def test_the_certified_optimum_is_that_of_enumeration(measure, n_f, seed):
     assert found.upper_bound == found.value == pytest.approx(best, rel=1e-9)
 
 
-@pytest.mark.parametrize("contact", ["hard_finger", "soft_finger"])
+@pytest.mark.parametrize("contact", ["hard_finger", "soft_finger", "soft_pad"])
 @pytest.mark.parametrize("norm", ["l1", "linf"])
 def test_every_contact_model_and_norm_is_certified(contact, norm):
     quality = QualityParameters(contact=contact, norm=norm, cone_edges=4)
@@ -284,7 +284,7 @@ def test_support_bounds_are_above_the_exact_radius(n_f, tight):
     length = QUALITY.torque_length_m(surface.points, surface.centroid)
     exact = np.array([quality_of(surface, row, QUALITY, length).q3 for row in nodes])
     maps = wrench_maps(surface.points[nodes], -surface.normals[nodes], surface.centroid, torque_length=length)
-    bounds = support_bounds(maps, QUALITY, tight=tight)
+    bounds = support_bounds(maps, QUALITY, length, tight=tight)
     assert (bounds >= exact - 1e-12).all()
     assert (exact > 0.01).any()
 

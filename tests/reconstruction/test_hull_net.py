@@ -3,11 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspbench.errors import ConfigurationError
 from graspbench.geometry.intersections import self_intersections
 from graspbench.reconstruction import SurfaceParameters, VisualHull, reconstruct
 from graspbench.reconstruction.carrying import carry_over
 from graspbench.reconstruction.dual_net import extract_net, sheets
-from graspbench.reconstruction.narrow_band import CORNERS, NarrowBand, carve
+from graspbench.reconstruction.methods import hull_net
+from graspbench.reconstruction.narrow_band import BYTES_PER_CELL, CORNERS, NarrowBand, carve
 from graspbench.reconstruction.network import quad_network
 from tests.oracles.scenes import scene
 
@@ -84,6 +86,15 @@ def test_snapshots_end_at_rest_and_are_finer_and_finer():
     assert sizes[0] < 0.5 * sizes[1] < 0.25 * sizes[2]
     hull = VisualHull(scene("torus").silhouettes)
     assert hull.signed_distance(surfaces[0].points).min() > 0.0
+
+
+def test_cells_coarser_than_a_thin_object_are_passed_over():
+    silhouettes = scene("plate").silhouettes
+    coarse = replace(NET, levels=5, cell_px=4.0)
+    sizes = [len(surface.points) for surface in reconstruct(silhouettes, coarse)]
+    assert 2 <= len(sizes) < 1 + coarse.levels
+    last = rest(silhouettes, coarse)
+    np.testing.assert_array_equal(last.points, rest(silhouettes, replace(coarse, levels=1)).points)
 
 
 def test_the_same_images_give_the_same_net():
@@ -246,3 +257,25 @@ def test_views_that_are_not_looked_at_again_change_nothing(name):
     near, every = np.empty(len(points)), np.empty(len(points))
     along(fields, points, near, every)
     np.testing.assert_array_equal(near, every)
+
+
+@pytest.mark.parametrize(
+    ("limit", "most", "said"), [("MAX_CELLS", 4000, "cells and .* GB"), ("MAX_NODES", 800, "nodes")]
+)
+def test_cells_too_fine_for_memory_or_planner_are_refused_with_the_size_that_will_do(
+    monkeypatch, limit, most, said
+):
+    silhouettes = scene("torus").silhouettes
+    monkeypatch.setattr(hull_net, limit, most)
+    with pytest.raises(ConfigurationError, match=rf"surface\.cell_px = 2 makes .*{said}") as caught:
+        rest(silhouettes)
+    enough = float(caught.value.remedy.split()[-1])
+    assert 2.0 < enough < 10.0
+    rest(silhouettes, replace(NET, cell_px=enough))
+
+
+def test_no_images_lead_to_a_grid_of_more_than_four_gigabytes():
+    assert hull_net.MAX_CELLS * BYTES_PER_CELL <= 2**32
+    far = np.array([20.0, 20.0, 20.0])  # seen in images of any size
+    with pytest.raises(ConfigurationError, match="GB"):
+        hull_net.check_grid(-far, far, 0.01, NET)

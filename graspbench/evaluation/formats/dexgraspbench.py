@@ -16,8 +16,8 @@ from graspbench.errors import shown
 from graspbench.evaluation.formats.error import GraspFileError
 from graspbench.evaluation.formats.format import FORMATS, FormatContext
 from graspbench.evaluation.formats.hand_layout import HandLayout, hand_layout
-from graspbench.evaluation.formats.reading import number, vector
-from graspbench.evaluation.formats.unpickling import load_npy
+from graspbench.evaluation.formats.reading import array, listed, scale_of, text, vector
+from graspbench.evaluation.formats.unpickling import grasps_of, load_npy
 from graspbench.evaluation.grasp_record import GraspRecord, HandPose
 from graspbench.evaluation.transforms import inverse, position_and_quaternion
 from graspbench.results.store import write_atomically
@@ -41,13 +41,14 @@ class DexGraspBench:
         content = load_npy(path)
         if isinstance(content, Mapping):
             content = [content]
+        content = listed(grasps_of(content), str(path))
         layout = hand_layout(context.hand, "dexgraspbench")
         records: list[GraspRecord] = []
         for i, grasp in enumerate(content):
             where = str(path) if len(content) == 1 else f"{path}, grasp {i}"
             if not isinstance(grasp, Mapping) or "grasp_qpos" not in grasp:
                 raise GraspFileError(f"{where} has no 'grasp_qpos'", remedy="give a dict a grasp")
-            records += [_record(row, layout, context, where) for row in _rows(grasp)]
+            records += [_record(row, layout, context, where) for row in _rows(grasp, where)]
         return tuple(records)
 
     def write(self, path: Path, records: Sequence[GraspRecord], context: FormatContext) -> None:
@@ -69,15 +70,18 @@ def _first(content: Any) -> Any:
     return content[0] if isinstance(content, np.ndarray | list) and len(content) else content
 
 
-def _rows(grasp: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+def _rows(grasp: Mapping[str, Any], where: str) -> Iterator[Mapping[str, Any]]:
     """Yield one dict a grasp where the arrays hold one a row."""
-    joints = np.asarray(grasp["grasp_qpos"])
+    joints = array(grasp["grasp_qpos"], f"{where}: grasp_qpos")
     if joints.ndim != 2:
         yield grasp
         return
     keys = [f"{stage}_{part}" for stage in _STAGES for part in ("qpos", "pose") if f"{stage}_{part}" in grasp]
+    rows = {key: array(grasp[key], f"{where}: {key}") for key in keys}
+    if short := [key for key, found in rows.items() if found.ndim != 2 or len(found) != len(joints)]:
+        raise GraspFileError(f"{where}: {short[0]} has not as many rows as grasp_qpos", remedy="correct it")
     for i in range(len(joints)):
-        yield {**grasp, **{key: np.asarray(grasp[key])[i] for key in keys}}
+        yield {**grasp, **{key: found[i] for key, found in rows.items()}}
 
 
 def _record(grasp: Mapping[str, Any], layout: HandLayout, context: FormatContext, where: str) -> GraspRecord:
@@ -93,7 +97,8 @@ def _record(grasp: Mapping[str, Any], layout: HandLayout, context: FormatContext
             return None
         count, label = len(layout.file_joints), f"{where}: {name}_qpos"
         if f"{name}_pose" in grasp:
-            row = np.concatenate((np.ravel(grasp[f"{name}_pose"]), np.ravel(row)))
+            pose = array(grasp[f"{name}_pose"], f"{where}: {name}_pose")
+            row = np.concatenate((pose.ravel(), array(row, label).ravel()))
         numbers = vector(row, None, label)
         if len(numbers) != 7 + count:
             raise GraspFileError(
@@ -107,7 +112,7 @@ def _record(grasp: Mapping[str, Any], layout: HandLayout, context: FormatContext
     return GraspRecord(
         hand=context.hand.name,
         joint_names=context.hand.joint_names,
-        object_name=str(grasp.get("obj_path", context.object_model.name)),
+        object_name=text(grasp.get("obj_path"), f"{where}: obj_path", context.object_model.name),
         object_scale=scale,
         grasp=stage("grasp"),
         pregrasp=stage("pregrasp"),
@@ -122,7 +127,7 @@ def _approach(
     rows: Any, layout: HandLayout, context: FormatContext, to_object: FloatArray, where: str
 ) -> tuple[HandPose, ...]:
     count, poses = 7 + len(layout.file_joints), []
-    for i, row in enumerate(np.atleast_2d(np.asarray(rows))):
+    for i, row in enumerate(np.atleast_2d(array(rows, f"{where}: approach_qpos"))):
         numbers = vector(row, count, f"{where}: approach_qpos[{i}]")
         at = context.reading.transform(numbers[:3], numbers[3:7], f"{where}: approach_qpos[{i}]")
         poses.append(layout.pose(to_object @ at, context.reading.row(numbers[7:])))
@@ -131,10 +136,10 @@ def _approach(
 
 def _scale(value: Any, default: float, where: str) -> float:
     """Return a scale, which may be given for each axis."""
-    numbers = np.ravel(np.asarray(default if value is None else value))
+    numbers = array(default if value is None else value, where).ravel()
     if len(numbers) == 0 or np.any(numbers != numbers[0]):
         raise GraspFileError(f"{where} is {shown(value)}", remedy="give one number")
-    return number(numbers[0], where)
+    return scale_of(numbers[0], where)
 
 
 def _plain(record: GraspRecord, layout: HandLayout, context: FormatContext) -> dict[str, Any]:

@@ -17,8 +17,8 @@ from graspbench.errors import shown
 from graspbench.evaluation.formats.error import GraspFileError
 from graspbench.evaluation.formats.format import FORMATS, FormatContext
 from graspbench.evaluation.formats.hand_layout import HandLayout, hand_layout
-from graspbench.evaluation.formats.reading import Reading, number
-from graspbench.evaluation.formats.unpickling import load_npy
+from graspbench.evaluation.formats.reading import Reading, listed, number, scale_of
+from graspbench.evaluation.formats.unpickling import grasps_of, load_npy
 from graspbench.evaluation.grasp_record import GraspRecord, HandPose
 from graspbench.evaluation.transforms import inverse
 from graspbench.results.store import write_atomically
@@ -43,7 +43,7 @@ class DexGraspNet:
         """Return the grasps of a file; see `GraspFormat.read`."""
         layout = hand_layout(context.hand, "dexgraspnet")
         return tuple(
-            _record(grasp, layout, context, f"{path}, grasp {i}") for i, grasp in enumerate(load_npy(path))
+            _record(grasp, layout, context, f"{path}, grasp {i}") for i, grasp in enumerate(_grasps(path))
         )
 
     def write(self, path: Path, records: Sequence[GraspRecord], context: FormatContext) -> None:
@@ -56,12 +56,17 @@ class DexGraspNet:
         write_atomically(path, buffer.getvalue())
 
 
+def _grasps(path: Path) -> Sequence[object]:
+    content = load_npy(path)
+    return listed(grasps_of(content), str(path))
+
+
 def _record(grasp: Any, layout: HandLayout, context: FormatContext, where: str) -> GraspRecord:
     if not isinstance(grasp, Mapping) or not isinstance(grasp.get("qpos"), Mapping):
         raise GraspFileError(
             f"{where} is {shown(grasp)}", remedy="give {scale: S, qpos: {JOINT: ANGLE, ...}}"
         )
-    scale = number(grasp.get("scale"), f"{where}: scale", context.object_scale)
+    scale = scale_of(grasp.get("scale"), f"{where}: scale", context.object_scale)
     to_object = context.transform_file_to_object(scale)
     return GraspRecord(
         hand=context.hand.name,

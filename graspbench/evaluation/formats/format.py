@@ -16,6 +16,8 @@ from graspbench.geometry.model import ObjectModel
 from graspbench.hand.model import HandModel
 from graspbench.registry import Registry
 
+MAX_FILE_BYTES = 1 << 30
+
 
 @dataclass(frozen=True, eq=False)
 class FormatContext:
@@ -96,6 +98,8 @@ def read_grasps(path: Path, context: FormatContext, name: str | None = None) -> 
         return tuple(record for file in files for record in read_grasps(file, context, name))
     if not path.is_file():
         raise GraspFileError(f"there is no file {path}", remedy="correct its path", path=str(path))
+    if (size := path.stat().st_size) > MAX_FILE_BYTES:
+        raise GraspFileError(f"{path} is too large ({size >> 20} MB)", remedy="split it", path=str(path))
     chosen = FORMATS[name] if name is not None else FORMATS[format_of(path)]
     records = chosen.read(path, context)
     if not records:

@@ -20,7 +20,8 @@ from graspbench.results.store import write_atomically
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-_MAX_BYTES = 256 << 20
+_MAX_BYTES = 64 << 20
+_MAX_DEPTH = 20
 _KIND = "isaac_grasp"
 
 
@@ -41,7 +42,7 @@ class IsaacGrasp:
         grasps = content.get("grasps")
         if content.get("format") != _KIND or not isinstance(grasps, Mapping):
             raise GraspFileError(f"{path} is no {_KIND} file", remedy=f"give 'format: {_KIND}' and 'grasps:'")
-        if str(content.get("format_version")) not in ("1", "1.0"):
+        if content.get("format_version") not in (1, "1", "1.0"):
             raise GraspFileError(
                 f"{path} is of version {shown(content.get('format_version'))}",
                 remedy="this reads version 1.0",
@@ -119,11 +120,25 @@ def _plain(record: GraspRecord, layout: HandLayout, context: FormatContext) -> d
     return plain
 
 
+def _is_deep(text: str) -> bool:
+    """Tell YAML that is nested far too deeply: the loader in C dies of it."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_LOADER):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _MAX_DEPTH:
+            return True
+    return False
+
+
 def _parsed(path: Path) -> Mapping[str, Any]:
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise GraspFileError(f"{path} is too large", remedy="split it")
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_LOADER)
+        text = path.read_text(encoding="utf-8")
+        if _is_deep(text):
+            raise GraspFileError(f"{path} is nested too deeply", remedy="correct the file")
+        content = yaml.load(text, Loader=_LOADER)
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
         said = " ".join(str(error).split())[:120]
         raise GraspFileError(f"{path} is no readable YAML ({said})", remedy="correct the file") from None

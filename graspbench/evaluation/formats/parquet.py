@@ -14,6 +14,15 @@ from graspbench.evaluation.formats.plain import from_plain, to_plain
 from graspbench.evaluation.grasp_record import GraspRecord
 from graspbench.results.store import write_atomically
 
+_MAX_NUMBERS = 20_000_000
+
+
+def _numbers_in(metadata: Any) -> int:
+    """Return how many numbers and bytes a file has once it is unpacked."""
+    groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+    columns = [group.column(j) for group in groups for j in range(metadata.num_columns)]
+    return sum(max(column.num_values, column.total_uncompressed_size // 8) for column in columns)
+
 
 def schema() -> Any:
     """Return the Arrow schema of the rows."""
@@ -55,6 +64,8 @@ class Parquet:
     def read(self, path: Path, context: FormatContext) -> tuple[GraspRecord, ...]:
         """Return the grasps of a file; see `GraspFormat.read`."""
         try:
+            if _numbers_in(pq.read_metadata(path)) > _MAX_NUMBERS:
+                raise GraspFileError(f"{path} unfolds to too many numbers", remedy="split it")
             rows = pq.read_table(path).to_pylist()
         except (pa.ArrowException, OSError, ValueError) as error:
             raise GraspFileError(

@@ -9,7 +9,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import shown
 from graspbench.evaluation.formats.error import GraspFileError
 from graspbench.evaluation.formats.format import FormatContext
-from graspbench.evaluation.formats.reading import number, vector
+from graspbench.evaluation.formats.reading import listed, number, scale_of, text, vector
 from graspbench.evaluation.grasp_record import ContactSet, GraspRecord, HandPose
 from graspbench.evaluation.transforms import inverse, position_and_quaternion
 
@@ -61,7 +61,7 @@ def from_plain(plain: Any, context: FormatContext, where: str) -> GraspRecord:
         raise GraspFileError(
             f"{where} is of schema {shown(plain['schema'])}", remedy=f"this version reads schema {SCHEMA}"
         )
-    scale = number(plain.get("object_scale"), f"{where}: object_scale", context.object_scale)
+    scale = scale_of(plain.get("object_scale"), f"{where}: object_scale", context.object_scale)
     to_object = _transform_to_object(plain, scale, context, where)
     hand = context.hand
     named = plain.get("joint_names") or hand.joint_names
@@ -85,18 +85,21 @@ def from_plain(plain: Any, context: FormatContext, where: str) -> GraspRecord:
     given = plain.get("object_pose")
     confidence = plain.get("confidence")
     return GraspRecord(
-        hand=str(plain.get("hand") or hand.name),
+        hand=text(plain.get("hand"), f"{where}: hand", hand.name),
         joint_names=hand.joint_names,
-        object_name=str(plain.get("object") or context.object_model.name),
+        object_name=text(plain.get("object"), f"{where}: object", context.object_model.name),
         object_scale=scale,
         **stages,
-        approach=tuple(pose(stage, f"approach[{i}]") for i, stage in enumerate(plain.get("approach") or ())),
+        approach=tuple(
+            pose(stage, f"approach[{i}]")
+            for i, stage in enumerate(listed(plain.get("approach") or (), f"{where}: approach"))
+        ),
         contacts=contacts,
         transform_object_to_world=None
         if given is None
         else _transform(given, context, f"{where}: object_pose") @ inverse(to_object),
         confidence=None if confidence is None else number(confidence, f"{where}: confidence"),
-        source=str(plain.get("source") or ""),
+        source=text(plain.get("source"), f"{where}: source", ""),
     )
 
 
@@ -137,7 +140,7 @@ def _contacts(plain: Any, context: FormatContext, to_object: FloatArray, where: 
     if plain is None:
         return None
     points, normals = [], []
-    for i, contact in enumerate(plain):
+    for i, contact in enumerate(listed(plain, f"{where}: contacts")):
         if not isinstance(contact, Mapping):
             raise GraspFileError(f"{where}: contact {i} is {shown(contact)}", remedy="give point and normal")
         at = context.reading.metres_per_unit * vector(

@@ -81,6 +81,11 @@ class _CodeError(pickle.UnpicklingError):
     """The pickle asks for something that is no plain data."""
 
 
+def grasps_of(content: Any) -> Any:
+    """Return the objects of an array of objects as a list, and anything else as it is."""
+    return content.tolist() if isinstance(content, np.ndarray) and content.dtype.hasobject else content
+
+
 def load_npy(path: Path) -> Any:
     """Return what a ``.npy`` file holds: an array, or the object or array of objects stored in it.
 

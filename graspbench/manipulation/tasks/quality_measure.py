@@ -84,7 +84,7 @@ class QualityMeasure(SecondaryTask):
         )
         measure, quality = self._model
         values = measure.evaluate(
-            GraspBatch(geometry[:, :, 0], geometry[:, :, 1], np.zeros(3), maps, quality)
+            GraspBatch(geometry[:, :, 0], geometry[:, :, 1], np.zeros(3), maps, quality, self.torque_length)
         )
         slopes = (values[2::2] - values[1::2]) / np.array(steps)
         jacobian = np.zeros((1, system.n_variables))

@@ -57,11 +57,13 @@ def case(number: int) -> Case:
     catalogue = [name for name in list_objects() if name not in ("random", "bowling_pin")]
     half, odd = divmod(number, 2)
     if not odd and half < len(catalogue):
-        name, chosen = catalogue[half], (f"object={catalogue[half]}",)
-    else:
-        known = min(len(catalogue), (number + 1) // 2)
-        row = (number - known) % MAX_RANDOM
-        name, chosen = f"random_{row:03d}", ("object=random", f"object.id={row}")
+        return _case(number, catalogue[half], (f"object={catalogue[half]}",))
+    known = min(len(catalogue), (number + 1) // 2)
+    row = (number - known) % MAX_RANDOM
+    return _case(number, f"random_{row:03d}", ("object=random", f"object.id={row}"))
+
+
+def _case(number: int, name: str, chosen: tuple[str, ...]) -> Case:
     rng = np.random.default_rng([number, 99])
     friction, mass_kg = float(rng.choice(FRICTIONS)), float(rng.choice(MASSES_KG))
     return Case(number, name, chosen, friction, mass_kg)

@@ -7,7 +7,7 @@ import numpy as np
 
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import GraspbenchError
-from graspbench.geometry import load_object
+from graspbench.geometry import ObjectModel, load_object
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, load_hand
 from graspbench.paper.study.cases import HANDS, SETTINGS, Case, case
@@ -34,12 +34,12 @@ def rows_of_case(number: int) -> Iterator[Row]:
     chosen = case(number)
     try:
         base = load_config(_overrides(chosen, "radial"))
-        surfaces = reconstructed(base)
+        model, surfaces = load_object(base.object), reconstructed(base)
     except GraspbenchError:
         return
     for hand in HANDS:
         try:
-            yield from _rows_of_hand(chosen, hand, surfaces)
+            yield from _rows_of_hand(chosen, hand, model, surfaces)
         except GraspbenchError:
             continue
 
@@ -55,7 +55,7 @@ def _overrides(chosen: Case, hand: str) -> list[str]:
     ]
 
 
-def _rows_of_hand(chosen: Case, hand: str, surfaces: list[Surface]) -> Iterator[Row]:
+def _rows_of_hand(chosen: Case, hand: str, model: ObjectModel, surfaces: list[Surface]) -> Iterator[Row]:
     config, surface = load_config(_overrides(chosen, hand)), surfaces[-1]
     checker = GraspChecker(load_hand(config.hand), 0.0 if config.surface.ground else None)
     checker.set_object(surface.points, surface.network.faces)
@@ -63,7 +63,7 @@ def _rows_of_hand(chosen: Case, hand: str, surfaces: list[Surface]) -> Iterator[
     index = make_index(config.index_name, config.index, n_f, config.quality)
     problem = PlanningProblem(surfaces, checker, n_f, index, config.quality, chosen.number)
     for stratum, grasp in stratified_grasps(problem, surface, surfaces, chosen.rng(hand)):
-        outcome = _tried(config, checker, surface, grasp)
+        outcome = _tried(config, model, checker, surface, grasp)
         if outcome is None:
             continue
         yield {
@@ -86,14 +86,16 @@ def _rows_of_hand(chosen: Case, hand: str, surfaces: list[Surface]) -> Iterator[
         }
 
 
-def _tried(config: TrialConfig, checker: GraspChecker, surface: Surface, grasp: Grasp) -> GradedResult | None:
+def _tried(
+    config: TrialConfig, model: ObjectModel, checker: GraspChecker, surface: Surface, grasp: Grasp
+) -> GradedResult | None:
     """Return what a grasp withstood; None where no path leads to it, or physics fails."""
     parameters = quick(config.execution)
     lever_m = config.quality.torque_length_m(surface.points, surface.centroid)
     friction = tip_friction(config.execution, config.quality, surface)
     try:
         _, motion = clear_approach((grasp,), surface, checker.hand, config.planner)
-        with World(load_object(config.object), config.scene, config.seed) as world:
+        with World(model, config.scene, config.seed) as world:
             return execute_graded(world, checker.hand, grasp, motion, parameters, friction, lever_m)
     except GraspbenchError:
         return None

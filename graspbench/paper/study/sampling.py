@@ -25,6 +25,10 @@ STRATA: dict[str, tuple[float, float]] = {
 }
 """Ranks of Q3 among the force closure draws, 0 the least, 1 the largest."""
 
+PLANNED = "planned"
+PER_HAND = 3
+"""Strata of which a hand tries a grasp on an object, drawn anew for each: more objects tell more."""
+
 TRIES = 25
 """Draws of a stratum that the hand is asked for, until it holds one."""
 
@@ -35,8 +39,8 @@ def stratified_grasps(
     """Yield grasps with the hand, and which stratum each is of.
 
     ``open`` is no force closure, though not far from it: its normals oppose each other somewhat. The four
-    strata are random draws by their rank in Q3. ``planned`` is the local planner's. A stratum of which the
-    hand holds none is left out.
+    strata are random draws by their rank in Q3. ``planned`` is the local planner's. `PER_HAND` of these six
+    are drawn; one of which the hand holds none is left out.
 
     Args:
         problem: Hand, friction and measures; its surfaces are not read.
@@ -52,8 +56,11 @@ def stratified_grasps(
     pools: dict[str, IntArray] = {"open": _opposed(surface, drawn, q3)}
     for name, (low, high) in STRATA.items():
         pools[name] = closed[int(low * len(closed)) : int(np.ceil(high * len(closed)))]
+    chosen = rng.permutation([*pools, PLANNED])[:PER_HAND].tolist()
     taken: set[int] = set()
     for name, pool in pools.items():
+        if name not in chosen:
+            continue
         for row in rng.permutation(pool)[:TRIES].tolist():
             if row in taken:
                 continue
@@ -62,9 +69,11 @@ def stratified_grasps(
                 taken.add(row)
                 yield name, grasp
                 break
+    if PLANNED not in chosen:
+        return
     try:
         planned = make_planner("parallel", PlannerParameters()).plan(_with(problem, surfaces))
-        yield "planned", next(iter(planned)).grasp
+        yield PLANNED, next(iter(planned)).grasp
     except PlanningError:
         return
 

@@ -35,7 +35,7 @@ def read_table(path: Path = KEPT) -> pd.DataFrame:
         raise ConfigurationError(
             f"the study's table {path} cannot be read", remedy="leave it to 'graspbench paper quality-study'"
         ) from error
-    frame = table.to_pandas()
+    frame: pd.DataFrame = table.to_pandas()
     missing = [key for key in KEYS if key not in frame]
     if missing:
         raise ConfigurationError(
@@ -64,6 +64,6 @@ def with_rows(frame: pd.DataFrame | None, rows: Sequence[Row]) -> pd.DataFrame:
     added = pd.DataFrame(list(rows))
     for name in LISTS:
         if name in added:
-            added[name] = [np.asarray(each, dtype=np.float32) for each in added[name]]
+            added[name] = pd.Series([np.asarray(each, dtype=np.float32) for each in added[name]])
     parts = [part for part in (frame, added) if part is not None and len(part)]
     return pd.concat(parts, ignore_index=True) if len(parts) > 1 else parts[0] if parts else added

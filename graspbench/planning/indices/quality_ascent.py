@@ -116,7 +116,8 @@ class QualityAscent:
 
         maps = self._maps(surface, candidates)
         rest = self._without_q3(surface, candidates, maps)
-        bounds = self._with_q3(rest, support_bounds(maps, self._quality, tight=False, directions=_DIRECTIONS))
+        q3 = support_bounds(maps, self._quality, self._length_m, tight=False, directions=_DIRECTIONS)
+        bounds = self._with_q3(rest, q3)
         best: IntArray | None = None
         for k in np.argsort(-bounds, kind="stable"):
             if bounds[k] <= floor:
@@ -134,7 +135,7 @@ class QualityAscent:
 
         weight = self._weights[2]
         needed = max(CLOSURE_TOLERANCE, (floor - rest) / weight) if weight > 0.0 else CLOSURE_TOLERANCE
-        polytope = self._quality.polytope()
+        polytope = self._quality.polytope(self._length_m)
         wrenches = polytope.vertices @ np.swapaxes(maps, -1, -2)
         minkowski = self._quality.norm == "linf"
         q3 = smallest_support(wrenches[None], polytope, minkowski=minkowski, stop_at=needed)

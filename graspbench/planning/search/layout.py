@@ -8,6 +8,7 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
+from graspbench.grasp.contact import ContactPolytope
 from graspbench.grasp.epsilon import smallest_support
 from graspbench.grasp.quality import QualityParameters, singular_measures
 from graspbench.grasp.wrench import grasp_matrix, wrench_maps
@@ -52,6 +53,11 @@ class Layout:
         """Whether the wrench space depends on the grasp's plane."""
         return self.quality.wrench_space.startswith("planar")
 
+    @property
+    def polytope(self) -> ContactPolytope:
+        """The linearised unit friction cone."""
+        return self.quality.polytope(self.torque_length)
+
     @cached_property
     def maps(self) -> FloatArray:
         """Spatial wrench maps, shape (n, d, n_basis); d is 3 when forces alone count."""
@@ -67,7 +73,7 @@ class Layout:
     @cached_property
     def wrenches(self) -> FloatArray:
         """Unit cone wrenches, shape (n, n_vertices, d)."""
-        return np.ascontiguousarray(self.quality.polytope().vertices @ np.swapaxes(self.maps, -1, -2))
+        return np.ascontiguousarray(self.polytope.vertices @ np.swapaxes(self.maps, -1, -2))
 
     @cached_property
     def grams(self) -> FloatArray:
@@ -175,7 +181,7 @@ class Layout:
         return values
 
     def _reach(self, tuples: IntArray, stop_at: float, minkowski: bool = False) -> FloatArray:
-        polytope = self.quality.polytope()
+        polytope = self.polytope
         wrenches = polytope.vertices @ np.swapaxes(self.grasp_maps(tuples), -1, -2)
         return smallest_support(wrenches, polytope, minkowski=minkowski, stop_at=stop_at)
 

@@ -126,7 +126,7 @@ class PlanarObjective:
         self._limits = layout.limits / layout.torque_length
         self._arms = (layout.points - layout.centroid) / layout.torque_length
         self._normals = np.ascontiguousarray(layout.normals_in)
-        self._vertices = np.ascontiguousarray(layout.quality.polytope().vertices)
+        self._vertices = np.ascontiguousarray(layout.polytope.vertices)
         size = 3 if layout.quality.wrench_space == "planar" else 2
         self._directions = even_directions(PLANAR_DIRECTIONS[size], size)
         traces = np.sum(layout.maps**2, axis=(1, 2))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import ConfigurationError
+from graspbench.errors import ConfigurationError, ReconstructionError
 from graspbench.perception.triangulation import triangulate_centre
 from graspbench.reconstruction.dual_net import extract_net
 from graspbench.reconstruction.ellipsoid import moment_ellipsoid, wrap
@@ -45,7 +45,8 @@ def reconstruct_hull_net(
         centre: Guess of the object's centre, shape (3,); only conditions the numbers.
 
     Yields:
-        The wrapping ellipsoid, then the net of each level; the last one rests.
+        The wrapping ellipsoid, then the net of each level; the last one rests. Levels whose cells are coarser
+        than the object is thin are passed over.
 
     Raises:
         ConfigurationError: The finest grid or its net would be too large.
@@ -61,11 +62,17 @@ def reconstruct_hull_net(
     yield snapshot(sample_ellipsoid(around, network, parameters.pole_thinning), network)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     finest_m = parameters.cell_px * pixel_size(silhouettes, centre)
-    _check_grid(low, high, finest_m, parameters)
+    check_grid(low, high, finest_m, parameters)
     for level in range(parameters.levels):
         last = level == parameters.levels - 1
         side_m = finest_m * 2.0 ** (parameters.levels - 1 - level)
-        yield _level(hull, low, high, side_m, parameters, level + 1, last)
+        try:
+            surface = _level(hull, low, high, side_m, parameters, level + 1, last)
+        except ReconstructionError:
+            if last:
+                raise
+            continue  # the object is thinner than these cells
+        yield surface
 
 
 def _level(
@@ -97,22 +104,39 @@ def _level(
     )
 
 
-def _check_grid(low: FloatArray, high: FloatArray, side_m: float, parameters: SurfaceParameters) -> None:
-    _, blocks = grid_of(low, high, side_m)
-    cells = float(np.prod(blocks * float(BLOCK_CELLS)))
-    if cells > MAX_CELLS:
-        memory = f"{cells:.2g} cells and {cells * BYTES_PER_CELL / 2**30:.0f} GB"
-        raise _too_fine(f"a grid of {memory}", (cells / MAX_CELLS) ** (1 / 3), parameters)
+def check_grid(low: FloatArray, high: FloatArray, side_m: float, parameters: SurfaceParameters) -> None:
+    """Refuse a grid over a box that takes too much memory.
+
+    Args:
+        low: Lower corner of the box, shape (3,).
+        high: Upper corner, shape (3,).
+        side_m: Side of a cell.
+        parameters: Whose `cell_px` is to blame.
+
+    Raises:
+        ConfigurationError: The message says which cells will do.
+    """
+
+    def cells(by: float) -> float:
+        _, blocks = grid_of(low, high, by * side_m)
+        return float(np.prod(blocks * float(BLOCK_CELLS)))
+
+    if (count := cells(1.0)) > MAX_CELLS:
+        memory = f"{count:.2g} cells and {count * BYTES_PER_CELL / 2**30:.0f} GB"
+        by = 1.0
+        while cells(by) > MAX_CELLS:
+            by *= 1.05
+        raise _too_fine(f"a grid of {memory}", by, parameters)
 
 
 def _check_net(band: NarrowBand, parameters: SurfaceParameters) -> None:
     nodes = len(band.cells)  # one or more in each
     if nodes > MAX_NODES:
-        raise _too_fine(f"a net of at least {nodes} nodes", (nodes / MAX_NODES) ** 0.5, parameters)
+        raise _too_fine(f"a net of at least {nodes} nodes", 1.05 * (nodes / MAX_NODES) ** 0.5, parameters)
 
 
 def _too_fine(what: str, by: float, parameters: SurfaceParameters) -> ConfigurationError:
-    coarse_enough = math.ceil(105.0 * by * parameters.cell_px) / 100.0
+    coarse_enough = math.ceil(100.0 * by * parameters.cell_px) / 100.0
     return ConfigurationError(
         f"surface.cell_px = {parameters.cell_px:g} makes {what} of this object",
         remedy=f"give at least {coarse_enough:g}",

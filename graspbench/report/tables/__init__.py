@@ -5,13 +5,14 @@ from graspbench.report.tables.files import TABLE_FORMATS, table_files, write_tab
 from graspbench.report.tables.json_format import to_json_rows
 from graspbench.report.tables.latex_format import escape_latex, to_latex
 from graspbench.report.tables.markdown_format import escape_markdown, to_markdown
-from graspbench.report.tables.model import SIGNIFICANT, Column, Rows, Table, plain_table, value_text
+from graspbench.report.tables.model import SIGNIFICANT, Column, Row, Rows, Table, plain_table, value_text
 from graspbench.report.tables.terminal_format import to_terminal
 
 __all__ = [
     "SIGNIFICANT",
     "TABLE_FORMATS",
     "Column",
+    "Row",
     "Rows",
     "Table",
     "escape_latex",

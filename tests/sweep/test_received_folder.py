@@ -1,0 +1,88 @@
+"""A sweep that goes on in a folder that came from somebody: its links and pipes lead nowhere."""
+
+import json
+import os
+
+import pytest
+
+from graspbench.config.engine import MAX_JOBS_PER_CORE, load_engine
+from graspbench.errors import ConfigurationError, LogError, OutputError
+from graspbench.results.store import ResultStore, read_result
+from graspbench.sweep.tune import STUDY_FILE, _readable_study
+from graspbench.sweep.worker import _last_words
+from graspbench.trial.runner import fault_file
+
+TRIAL = "00000000ab"
+
+
+@pytest.fixture(params=["link", "pipe", "folder"])
+def place(request, tmp_path):
+    """Make something odd where a file is to be written; what it leads to must stay as it is."""
+    victim = tmp_path / "victim"
+    victim.write_text("kept")
+
+    def make(path):
+        if request.param == "link":
+            path.symlink_to(victim)
+        elif request.param == "pipe":
+            os.mkfifo(path)
+        else:
+            path.mkdir()
+
+    yield make
+    assert victim.read_text() == "kept"
+
+
+def test_a_claim_is_made_in_a_file_of_the_folder_alone(place, tmp_path):
+    store = ResultStore(tmp_path / "r")
+    store.root.mkdir()
+    place(store.root / ".claims")
+    with pytest.raises(OutputError, match=r"^nothing can be written to [^\n]*$"), store.claim(TRIAL):
+        pass
+
+
+def test_a_study_is_kept_in_a_file_of_the_folder_alone(place, tmp_path):
+    place(tmp_path / STUDY_FILE)
+    with (
+        pytest.raises(OutputError, match=r"^nothing can be written to [^\n]*$"),
+        _readable_study(tmp_path / STUDY_FILE),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe"])
+def test_last_words_go_into_a_file_of_their_own(kind, tmp_path):
+    path, victim = fault_file(tmp_path, TRIAL), tmp_path / "victim"
+    victim.write_text("kept")
+    path.symlink_to(victim) if kind == "link" else os.mkfifo(path)
+    with _last_words(path, None):
+        assert path.is_file()
+        assert not path.is_symlink()
+    assert victim.read_text() == "kept"
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "folder", "values"])
+def test_a_result_is_read_from_a_file_of_the_folder_alone(kind, tmp_path):
+    path, victim = tmp_path / "result.json", tmp_path / "victim.json"
+    victim.write_text('{"schema": 3}')
+    if kind == "link":
+        path.symlink_to(victim)
+    elif kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.write_text(json.dumps({"schema": 3, "times_s": {f"x{i}": i for i in range(30_000)}}))
+    with pytest.raises(LogError, match="more than 20000 values" if kind == "values" else "no regular file"):
+        read_result(path)
+
+
+def test_a_machine_takes_only_so_many_trials_at_a_time():
+    most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
+    assert load_engine(jobs=most).jobs == most
+    with pytest.raises(ConfigurationError, match=f"give at most {most}"):
+        load_engine(jobs=most + 1)
+    assert load_engine(["engine=slurm"], jobs=most + 1).jobs == most + 1
+    with pytest.raises(ConfigurationError, match=r"engine\.jobs"):
+        load_engine(["engine=slurm", "engine.jobs=100000000"])
