@@ -267,7 +267,9 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[list[dict[str, A
 
 def _evaluate(work: _Work) -> list[dict[str, Any]]:
     hand, model = load_hand(work.hand), load_object(work.object)
-    judged = Judge(hand, model, work.parameters.judge, work.quality).judge(work.records)
+    p = work.parameters
+    judge = Judge(hand, model, p.judge, work.quality, stiffness_nm_rad=p.stand.stiffness_nm_rad)
+    judged = judge.judge(work.records)
     rows = [
         _row(i, record, judgement)
         for i, record, judgement in zip(work.numbers, work.records, judged, strict=True)
