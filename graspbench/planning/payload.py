@@ -16,6 +16,7 @@ def payload_n(
     normals: FloatArray,
     centre: FloatArray,
     friction: float,
+    torsion_m: float = 0.0,
 ) -> float:
     """Return the largest weight (N) that fingertip forces carry, inside their cones and the joints' limits.
 
@@ -29,14 +30,18 @@ def payload_n(
         normals: Unit normals pointing INTO the object, shape (n, 3).
         centre: The object's centre of mass, shape (3,), m.
         friction: Coulomb friction coefficient.
+        torsion_m: Largest moment about a contact's normal per unit of its normal force; 0 for hard fingers.
     """
     rotation = posture.transform_palm_to_world[:3, :3]
     jacobians = hand.tip_jacobians(posture.joints)
     wrenches, torques = [], []
     for point, normal, finger in zip(points, normals, posture.fingers, strict=True):
         edges = cone_edges(normal, friction)
-        wrenches.append(np.hstack((edges, np.cross(point - centre, edges) / _LENGTH_M)))
-        torques.append(edges @ rotation @ jacobians[finger])
+        twist = torsion_m * np.outer(edges @ normal, normal)
+        for sign in (-1.0, 1.0):
+            moments = np.cross(point - centre, edges) + sign * twist
+            wrenches.append(np.hstack((edges, moments / _LENGTH_M)))
+            torques.append(edges @ rotation @ jacobians[finger])
     balance = np.column_stack((np.concatenate(wrenches).T, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
     efforts = np.column_stack((np.concatenate(torques).T, np.zeros(hand.n_joints)))
     limits = hand.effort_limits

@@ -61,3 +61,11 @@ def test_palm_that_is_turned_turns_the_efforts():
 def test_contacts_that_are_not_closed_carry_nothing():
     points, normals = opposed()
     assert payload_n(sliding_hand(2), posture(2), points, normals[[0, 0]], np.zeros(3), 0.5) < 1e-9
+
+
+def test_soft_fingers_carry_what_hangs_beside_the_line_between_two():
+    points, normals = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]]), np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+    aside = np.array([0.0, 0.004, 0.0])
+    given = (sliding_hand(2), posture(2), points, normals, aside, 0.5)
+    assert payload_n(*given) < 1e-6
+    assert payload_n(*given, 0.004) > 1.0
