@@ -89,7 +89,10 @@ def add(
         object_mm=object_mm,
         package_dirs=[str(folder) for folder in package_dir or ()],
     )
-    found = add_hand(file, name, guesses, config_dir)
+    from graspbench.cli.ticker import Saying
+
+    with Saying(f"reading {file}"):
+        found = add_hand(file, name, guesses, config_dir)
     if as_json:
         print_json(found)
         return
@@ -113,9 +116,11 @@ def show(
 ) -> None:
     """Draw a hand open and closed, with its palm frame and fingertips."""
     from graspbench.cli.printing import print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.experiment import show_hand
 
-    described = show_hand(name, overrides or [], output, config_dir)
+    with Saying(f"drawing {name}"):
+        described = show_hand(name, overrides or [], output, config_dir)
     if as_json:
         print_json(described)
     else:

@@ -46,9 +46,11 @@ def show(
 ) -> None:
     """Show one object: size, mass, topology, collision pieces, licence, and a picture."""
     from graspbench.cli.printing import print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.experiment import show_object
 
-    described, picture = show_object([f"object={name}", *(overrides or [])], output, config_dir)
+    with Saying(f"describing {name}"):
+        described, picture = show_object([f"object={name}", *(overrides or [])], output, config_dir)
     if as_json:
         print_json(described | {"picture": str(picture)})
     else:
@@ -66,15 +68,19 @@ def check(
 ) -> None:
     """Say whether and how meshes can be used; exit code 2 if one cannot."""
     from graspbench.cli.printing import print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.errors import ConfigurationError
     from graspbench.experiment import check_object, repair_object
 
     if repair is not None and len(files) > 1:
         raise ConfigurationError(f"--repair with {len(files)} files", remedy="repair one file at a time")
-    if repair is not None:
-        found = [repair_object(files[0], _scale(scale), repair)]
-    else:
-        found = [check_object(file, _scale(scale)) for file in files]
+    found = []
+    for file in files:
+        with Saying(f"checking {file}"):
+            if repair is None:
+                found.append(check_object(file, _scale(scale)))
+            else:
+                found.append(repair_object(file, _scale(scale), repair))
     if as_json:
         print_json({"schema": 1, "rows": found})
     else:
