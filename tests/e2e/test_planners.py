@@ -32,7 +32,7 @@ def test_its_report_begins_with_the_leaderboard(study, cli):
     assert finished.code == 0, finished.stderr
     tables = finished.document["tables"]
     assert list(tables)[:2] == ["leaderboard", "planners"]
-    rows = {row["planner"]: row for row in tables["leaderboard"]}
+    rows = {row["planner"]: row for row in tables["leaderboard"]["rows"]}
     assert set(rows) == {"parallel", "random_closure", "eigengrasp", "global_q1"}
     for row in rows.values():
         assert row["found"] == 1.0
