@@ -53,7 +53,7 @@ def evaluate(
     as_it_is: Annotated[
         bool, typer.Option("--as-it-is", help="Take the file as it is, even where it seems to be wrong.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Source of every random draw.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Source of every random draw.")] = 0,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=0, help="Processes; 0: in this one.")] = 0,
     output: Annotated[
         Path | None,
@@ -130,8 +130,9 @@ def _store(evaluation: "Evaluation", folder: Path) -> None:
     import pandas as pd
 
     from graspbench.experiment import to_json
+    from graspbench.results.columns import csv_text
     from graspbench.results.store import write_atomically
 
     write_atomically(folder / "evaluation.json", to_json(evaluation.as_tree()))
     table = pd.json_normalize(evaluation.rows)
-    write_atomically(folder / "grasps.csv", table.to_csv(index=False))
+    write_atomically(folder / "grasps.csv", csv_text(table))

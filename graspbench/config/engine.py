@@ -91,9 +91,19 @@ def load_engine(
         values["jobs"] = jobs
     content = {**option_content(GROUP, choice, config_dir), **values}
     engine = validated(EngineParameters, content, GROUP)
-    most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
-    if engine.name == "local" and engine.jobs > most:
-        raise ConfigurationError(
-            f"{engine.jobs} trials at a time are too many for this machine", remedy=f"give at most {most}"
-        )
+    if engine.name == "local":
+        check_jobs(engine.jobs)
     return engine
+
+
+def check_jobs(jobs: int) -> None:
+    """Refuse more processes than this machine can bear.
+
+    Raises:
+        ConfigurationError: There are too many; the message says how many there may be.
+    """
+    most = MAX_JOBS_PER_CORE * len(os.sched_getaffinity(0))
+    if jobs > most:
+        raise ConfigurationError(
+            f"{jobs} jobs at a time are too many for this machine", remedy=f"give at most {most}"
+        )

@@ -82,6 +82,34 @@ class HandBodies:
                 levers[shape, chains.index[finger, k]] += ratio * lever
         return levers
 
+    def point_jacobian(
+        self,
+        transform_palm_to_object: FloatArray,
+        joints: FloatArray,
+        finger: int,
+        link: int,
+        point: FloatArray,
+    ) -> FloatArray:
+        """Return the Jacobian of a point of a link, in the object's frame, shape (3, n_q), m/rad.
+
+        Args:
+            transform_palm_to_object: The palm, shape (4, 4).
+            joints: Shape (n_q,).
+            finger: The link's finger, -1 for the palm.
+            link: Position of its joint in the finger's chain.
+            point: The point, object frame, shape (3,).
+        """
+        if finger < 0:
+            return np.zeros((3, self.hand.n_joints))
+        joint = self.hand.chain_joints[finger][link]
+        pinocchio.computeJointJacobians(self.hand.model, self._data, joints)
+        jacobian = pinocchio.getJointJacobian(
+            self.hand.model, self._data, joint, pinocchio.LOCAL_WORLD_ALIGNED
+        ).reshape(6, -1)
+        root = pinocchio.SE3(transform_palm_to_object) * self._root_in_palm
+        arm = root.actInv(point) - self._data.oMi[joint].translation
+        return np.asarray(root.rotation @ (jacobian[:3] - pinocchio.skew(arm) @ jacobian[3:]))
+
     def _lever(self, shape: int, joint: int) -> float:
         """Return how far a point of a shape can be from a joint of Pinocchio's that carries it, m."""
         model, at = self.hand.model, self.parents[shape]

@@ -13,6 +13,7 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.evaluation.bodies import HandBodies, Nearness, ObjectBody
 from graspbench.evaluation.grasp_record import ContactSet, GraspRecord, HandPose
+from graspbench.grasp.internal_forces import internal_forces
 from graspbench.hand.model import HandModel
 
 TOUCH_M = 2e-5
@@ -22,6 +23,8 @@ _MAX_STEPS = 400
 _MIN_STEP = 1e-4
 _SAME = 1e-9
 _DAMPING_M2 = 1e-5
+_STEADY_SHARE = 0.2
+_LEAST_YIELDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +79,49 @@ def close_hand(
     )
 
 
+def squeezed_joints(
+    bodies: HandBodies,
+    closed: ClosedHand,
+    palm: FloatArray,
+    grip_force_n: float,
+    stiffness_nm_rad: float,
+    friction: float,
+) -> FloatArray:
+    """Return where joints that are springs have to be sent to grip, within their limits, shape (n_q,).
+
+    The contacts press with forces that balance each other, as far as friction lets them.
+
+    Args:
+        bodies: The hand.
+        closed: The hand as it closed.
+        palm: transform_palm_to_object, shape (4, 4).
+        grip_force_n: Mean normal force of a contact, up to what the springs keep steady.
+        stiffness_nm_rad: Of the joints.
+        friction: Coulomb friction at the contacts.
+    """
+    points, normals = closed.contacts.points, closed.contacts.normals
+    if len(points) < 2:
+        return closed.joints.copy()
+    jacobians = np.stack(
+        [
+            bodies.point_jacobian(palm, closed.joints, int(finger), int(link), point)
+            for finger, link, point in zip(closed.fingers, closed.links, points, strict=True)
+        ]
+    )
+    # Opposing forces F at a distance r act on a turn of the object like a spring of stiffness -F r, and the
+    # fingers' springs must outdo it (Cutkosky and Kao 1989): else the object rolls out of the grip.
+    radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).min())
+    yielding = np.linalg.norm(jacobians, 2, axis=(1, 2)) ** 2 / stiffness_nm_rad
+    steady_n = _STEADY_SHARE * radius / max(float(yielding.max()), _LEAST_YIELDING)
+    grip_n = min(grip_force_n, steady_n)
+    forces, left = internal_forces(points, -normals, friction, grip_n)
+    if left < 0.0:  # nothing balances: press all alike
+        forces = -grip_n * normals
+    torques = np.einsum("mij,mi->j", jacobians, forces)
+    joints = closed.joints + torques / stiffness_nm_rad
+    return np.asarray(np.clip(joints, bodies.hand.lower, bodies.hand.upper))
+
+
 def nearest_of(
     bodies: HandBodies,
     body: ObjectBody,
@@ -105,7 +151,7 @@ def closing_way(
     """Return the joints open, at the grasp and squeezed, shape (n_q,) each.
 
     What the record does not state, or states as the grasp itself, is made up: tips are opened away from the
-    object, and squeezed into it, as far as the joints' limits let them.
+    object, and closed into it, as far as the joints' limits let them.
 
     Args:
         record: A grasp with a hand.
@@ -116,7 +162,8 @@ def closing_way(
     """
     grasp = record.grasp
     assert grasp is not None, "the caller has looked"
-    opened, squeezed = _stated(record.pregrasp, grasp), _stated(record.squeeze, grasp)
+    opened = record.pregrasp.joints if record.pregrasp and is_stated(record.pregrasp, grasp) else None
+    squeezed = record.squeeze.joints if record.squeeze and is_stated(record.squeeze, grasp) else None
     if opened is None or squeezed is None:
         outwards = _outwards(bodies, body, grasp)
         if opened is None:
@@ -126,10 +173,9 @@ def closing_way(
     return opened, grasp.joints, squeezed
 
 
-def _stated(stage: HandPose | None, grasp: HandPose) -> FloatArray | None:
-    if stage is None or np.abs(stage.joints - grasp.joints).max(initial=0.0) < _SAME:
-        return None
-    return stage.joints
+def is_stated(stage: HandPose | None, grasp: HandPose) -> bool:
+    """Tell whether a stage is there and is not the grasp itself, as files have it that know no other."""
+    return stage is not None and bool(np.abs(stage.joints - grasp.joints).max(initial=0.0) >= _SAME)
 
 
 def _outwards(bodies: HandBodies, body: ObjectBody, grasp: HandPose) -> FloatArray:

@@ -9,7 +9,14 @@ from pydantic import Field
 
 from graspbench.arrays import FloatArray
 from graspbench.evaluation.bodies import HandBodies, ObjectBody
-from graspbench.evaluation.closing import ClosedHand, close_hand, closing_way, nearest_of
+from graspbench.evaluation.closing import (
+    ClosedHand,
+    close_hand,
+    closing_way,
+    is_stated,
+    nearest_of,
+    squeezed_joints,
+)
 from graspbench.evaluation.grasp_record import ContactSet, GraspRecord, HandPose
 from graspbench.geometry.model import ObjectModel
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
@@ -17,6 +24,7 @@ from graspbench.grasp.measure import MEASURES, evaluate_measures
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.model import HandModel
 from graspbench.hand.verification import overlaps
+from graspbench.simulation.hold_stand import StandParameters
 
 _MAX_DEPTH_M = 0.05
 
@@ -29,8 +37,12 @@ class JudgeParameters:
         float, Field(gt=0, description="Tips open by this before they close, where no pregrasp is given, m")
     ] = 0.02
     squeezing_m: Annotated[
-        float, Field(gt=0, description="Tips close by this beyond the grasp, where no squeeze is given, m")
+        float, Field(gt=0, description="Tips close up to this beyond the grasp, where no squeeze is given, m")
     ] = 0.01
+    grip_force_n: Annotated[
+        float,
+        Field(gt=0, description="Mean normal force of a made-up squeeze, up to what springs keep steady, N"),
+    ] = 3.0
     limit_tolerance_deg: Annotated[
         float, Field(ge=0, description="Joints may be outside their limits by this, deg (slides: mm)")
     ] = 0.1
@@ -74,6 +86,7 @@ class Judge:
         parameters: How to judge.
         quality: How contacts and wrenches are modelled.
         measures: Names of the measures; None: every registered one.
+        stiffness_nm_rad: Of the joints that a squeeze is made up for.
     """
 
     def __init__(
@@ -83,8 +96,10 @@ class Judge:
         parameters: JudgeParameters | None = None,
         quality: QualityParameters | None = None,
         measures: Sequence[str] | None = None,
+        stiffness_nm_rad: float = StandParameters.stiffness_nm_rad,
     ) -> None:
         self.hand, self.object_model = hand, object_model
+        self._stiffness_nm_rad = stiffness_nm_rad
         self.parameters = JudgeParameters() if parameters is None else parameters
         self.quality = QualityParameters() if quality is None else quality
         self.measures = tuple(MEASURES) if measures is None else tuple(measures)
@@ -104,13 +119,8 @@ class Judge:
         """Return a record with a pregrasp and a squeeze, made up where it states none."""
         if record.grasp is None:
             return record
-        p, palm = self.parameters, record.grasp.transform_palm_to_object
-        opened, _, squeezed = closing_way(record, self._bodies, self._body, p.opening_m, p.squeezing_m)
-        return replace(
-            record,
-            pregrasp=record.pregrasp or HandPose(palm, opened),
-            squeeze=record.squeeze or HandPose(palm, squeezed),
-        )
+        _, opened, squeezed = self._closed(record)
+        return replace(record, pregrasp=record.pregrasp or opened, squeeze=record.squeeze or squeezed)
 
     def depth_m(self, pose: HandPose) -> float:
         """Return how deep a hand is in the object, m; see `Judgement`."""
@@ -132,21 +142,31 @@ class Judge:
         if grasp is None:
             assert record.contacts is not None, "a record has a hand or contacts"
             return Judgement(record.contacts, (), None, None, None, np.nan, (), {}, False)
-        p, palm = self.parameters, grasp.transform_palm_to_object
-        way = closing_way(record, self._bodies, self._body, p.opening_m, p.squeezing_m)
-        closed: ClosedHand = close_hand(self._bodies, self._body, palm, way)
-        opened, _, squeezed = way
+        closed, opened, squeezed = self._closed(record)
         return Judgement(
             contacts=closed.contacts,
             fingers=tuple(closed.fingers.tolist()),
-            opened=HandPose(palm, opened),
-            closed=HandPose(palm, closed.joints),
-            squeezed=HandPose(palm, squeezed),
+            opened=opened,
+            closed=HandPose(grasp.transform_palm_to_object, closed.joints),
+            squeezed=squeezed,
             depth_m=self.depth_m(grasp),
             violations=self.violations(grasp.joints),
             measures={},
             force_closure=False,
         )
+
+    def _closed(self, record: GraspRecord) -> tuple[ClosedHand, HandPose, HandPose]:
+        """Return a hand closed, and open and squeezed as stated or as made up."""
+        assert record.grasp is not None, "the caller has looked"
+        p, palm = self.parameters, record.grasp.transform_palm_to_object
+        opened, grasp, beyond = closing_way(record, self._bodies, self._body, p.opening_m, p.squeezing_m)
+        closed = close_hand(self._bodies, self._body, palm, (opened, grasp, beyond))
+        squeezed = beyond
+        if not is_stated(record.squeeze, record.grasp):
+            squeezed = squeezed_joints(
+                self._bodies, closed, palm, p.grip_force_n, self._stiffness_nm_rad, self.quality.friction
+            )
+        return closed, HandPose(palm, opened), HandPose(palm, squeezed)
 
     def _measured(self, contacts: Sequence[ContactSet]) -> list[dict[str, float]]:
         values = [dict.fromkeys(self.measures, np.nan) for _ in contacts]

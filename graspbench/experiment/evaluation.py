@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
+from graspbench.config.engine import check_jobs
 from graspbench.config.protocols import EvaluationParameters, load_evaluation, split_evaluation
 from graspbench.config.trial_config import TrialConfig, load_config
 from graspbench.errors import GraspbenchError, SimulationError
@@ -141,6 +142,7 @@ def evaluate_records(
         jobs: Processes at a time; 0: in this process.
         on_grasp: Called with the grasps done and all of them.
     """
+    check_jobs(jobs)
     work = list(_split(records, config, parameters, seed, _CHUNK if jobs else len(records)))
     rows: list[dict[str, Any]] = []
     for done in _in_processes(work, jobs) if jobs else map(_evaluate, work):
@@ -265,7 +267,9 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[list[dict[str, A
 
 def _evaluate(work: _Work) -> list[dict[str, Any]]:
     hand, model = load_hand(work.hand), load_object(work.object)
-    judged = Judge(hand, model, work.parameters.judge, work.quality).judge(work.records)
+    p = work.parameters
+    judge = Judge(hand, model, p.judge, work.quality, stiffness_nm_rad=p.stand.stiffness_nm_rad)
+    judged = judge.judge(work.records)
     rows = [
         _row(i, record, judgement)
         for i, record, judgement in zip(work.numbers, work.records, judged, strict=True)

@@ -1,5 +1,6 @@
 """Grasps of trials, written for other benchmarks."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from graspbench.results.store import load_results
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.world import World
 
+_NO_FILE_NAME = re.compile(r"[^\w-]")
+_MAX_NAME = 100
 WHICH = ("local", "restarted", "global", "refined", "all")
 
 
@@ -34,7 +37,7 @@ def export_results(
         folders: Results folders.
         name: The format.
         target: The file where all grasps are of one hand and object, else a folder.
-        which: str grasps of a trial.
+        which: Which grasps of a trial.
 
     Returns:
         A row a file: path, format, hand, object, grasps.
@@ -71,7 +74,8 @@ def export_results(
         hand, model = load_hand(config.hand), load_object(config.object)
         judge = Judge(hand, model, measures=())
         scale = config.object.scale if isinstance(config.object.scale, float) else 1.0
-        path = target if len(sets) == 1 else target / f"{hand.name}_{model.name}_{i}{written.suffixes[0]}"
+        called = file_name(f"{hand.name}_{model.name}_{i}")
+        path = target if len(sets) == 1 else target / f"{called}{written.suffixes[0]}"
         completed = [judge.completed(record) for record in records]
         write_grasps(path, completed, FormatContext(hand, model, scale), name)
         rows.append(
@@ -84,6 +88,11 @@ def export_results(
             }
         )
     return rows
+
+
+def file_name(text: str) -> str:
+    """Return a text as a file may be called: names in a results folder may be somebody's paths."""
+    return _NO_FILE_NAME.sub("_", text)[-_MAX_NAME:]
 
 
 def _grasps(result: TrialResult, which: str) -> Iterator[tuple[str, GraspResult]]:

@@ -11,8 +11,9 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
+from graspbench.hand.borders import lowest_point, sided_distance
 from graspbench.hand.chains import Chains
-from graspbench.hand.distance import core_distance, lowest_in_core, nearest_in_core
+from graspbench.hand.distance import core_distance
 from graspbench.hand.kinematics import forward
 from graspbench.hand.obstacle import Obstacle
 from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
@@ -21,7 +22,6 @@ from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
 CLEARANCE_CAP_M = 0.05
 OBJECT_CAP_M = 0.01  # more room to the object never decides
 EVERY_FINGER: Any = np.int64(-1)  # a plain -1 would be a type of its own to the compiler
-INSIDE_M = 1e-9  # a point this near to a core is inside, but for rounding
 
 
 @inner
@@ -135,8 +135,8 @@ def ground_clearance(
     for s in range(poses.shape[0]):
         if finger >= 0 and shapes.index[s, FINGER] != finger:
             continue
-        px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
-        least = min(least, x * px + y * py + z * pz - offset - shapes.size[s, RADIUS])
+        px, py, pz = lowest_point(shapes, s, poses[s], x, y, z)
+        least = min(least, x * px + y * py + z * pz - offset)
     return least
 
 
@@ -167,7 +167,7 @@ def nearest_obstacle(
         Its index (-1: none within ``cap``), and its signed distance or ``cap``.
     """
     least, nearest = cap, -1
-    kind, radius, bound = shapes.index[s, KIND], shapes.size[s, RADIUS], shapes.size[s, BOUND]
+    bound, pose_s = shapes.size[s, BOUND], poses[s]
     cx, cy, cz = poses[s, 0, 3], poses[s, 1, 3], poses[s, 2, 3]
     ex, ey, ez = exempt[0], exempt[1], exempt[2]
     for b in range(obstacle.blocks.shape[0]):
@@ -175,10 +175,8 @@ def nearest_obstacle(
         reach = bound + least + obstacle.blocks[b, 3]
         if (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2 >= reach * reach or reach <= 0.0:
             continue
-        px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
-        gap = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
-        # Outside a core no point of the block is nearer than its ball.
-        if gap > INSIDE_M and gap >= radius + least + obstacle.blocks[b, 3]:
+        # No point of the block is nearer than its ball.
+        if sided_distance(shapes, s, pose_s, x, y, z)[0] >= least + obstacle.blocks[b, 3]:
             continue
         for i in range(obstacle.starts[b], obstacle.starts[b + 1]):
             x, y, z = to_palm(pose, obstacle.points[i])
@@ -187,32 +185,10 @@ def nearest_obstacle(
                 continue
             if (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < exempt_radius * exempt_radius:
                 continue
-            px, py, pz = nearest_in_core(kind, poses[s], shapes.size[s], x, y, z)
-            distance = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
-            if distance < INSIDE_M:
-                distance = -core_depth(kind, poses[s], shapes.size[s], x, y, z)[0]
-            if distance - radius < least:
-                least, nearest = distance - radius, i
+            distance = sided_distance(shapes, s, pose_s, x, y, z)[0]
+            if distance < least:
+                least, nearest = distance, i
     return nearest, least
-
-
-@inner
-def core_depth(
-    kind: int, pose: FloatArray, size: FloatArray, x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
-    """Return how deep a point lies in a box or cylinder, and the unit vector of its shortest way out."""
-    x, y, z = x - pose[0, 3], y - pose[1, 3], z - pose[2, 3]
-    a = pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z
-    b = pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z
-    c = pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z
-    depth, column, value = size[2] - abs(c), 2, c
-    if size[0] - abs(a) < depth:
-        depth, column, value = size[0] - abs(a), 0, a
-    if size[1] - abs(b) < depth:
-        depth, column, value = size[1] - abs(b), 1, b
-    # A cylinder's shell is bounded by the box around it: the direction is near enough to leave it.
-    sign = math.copysign(1.0, value)
-    return depth, sign * pose[0, column], sign * pose[1, column], sign * pose[2, column]
 
 
 @compiled
@@ -228,8 +204,8 @@ def measure_clearances(
 ) -> None:
     """Measure a posture's clearances to the ground, within the hand, and to the object.
 
-    A last link may touch, near its own contact: where it touches the contact's tangent plane, or the object
-    itself, it is given the margin as clearance.
+    A last link may touch, near its own contact: where it touches the object itself or, of its shapes that are
+    near, the contact's tangent plane, it is given the margin as clearance.
 
     Args:
         chains: The fingers.
@@ -258,13 +234,52 @@ def measure_clearances(
             radius = task.limits[EXEMPT]
             i = contact_of[f]
             x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
-            px, py, pz = lowest_in_core(shapes.index[s, KIND], poses[s], shapes.size[s], x, y, z)
-            distance = x * px + y * py + z * pz - offset - shapes.size[s, RADIUS]
+            distance = OBJECT_CAP_M
+            near, px, py, pz = lowest_near(shapes, s, poses[s], system.exempt, radius, x, y, z)
+            if near:
+                distance = x * px + y * py + z * pz - offset
             distance = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, 0.0, distance)[
                 1
             ]
             out[2] = min(out[2], distance + task.limits[OBJECT])
         out[2] = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, radius, out[2])[1]
+
+
+@inner
+def lowest_near(
+    shapes: Shapes,
+    s: int,
+    pose: FloatArray,
+    contact: FloatArray,
+    radius: float,
+    x: float,
+    y: float,
+    z: float,
+) -> tuple[bool, float, float, float]:
+    """Return the point of a last link that is farthest against a contact's normal, not far from the contact.
+
+    What of the link is farther away than ``radius`` only has to miss the object: real objects are not as wide
+    as a tangent plane.
+
+    Returns:
+        Whether the shape is that near at all, and the point.
+    """
+    distance, u, v, w = sided_distance(shapes, s, pose, contact[0], contact[1], contact[2])
+    if distance >= radius:
+        return False, 0.0, 0.0, 0.0
+    qx, qy, qz = -distance * u, -distance * v, -distance * w
+    px, py, pz = lowest_point(shapes, s, pose, x, y, z)
+    dx, dy, dz = px - contact[0] - qx, py - contact[1] - qy, pz - contact[2] - qz
+    # On the way from the point nearest to the contact to the lowest one, as far as the ball reaches.
+    a, b = dx * dx + dy * dy + dz * dz, qx * dx + qy * dy + qz * dz
+    c = qx * qx + qy * qy + qz * qz - radius * radius
+    share = min(1.0, (math.sqrt(max(b * b - a * c, 0.0)) - b) / max(a, 1e-18))
+    return (
+        True,
+        contact[0] + qx + share * dx,
+        contact[1] + qy + share * dy,
+        contact[2] + qz + share * dz,
+    )
 
 
 @inner

@@ -6,16 +6,10 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import inner
+from graspbench.hand.borders import lowest_point, sided_distance
 from graspbench.hand.chains import Chains
-from graspbench.hand.collision import (
-    INSIDE_M,
-    core_depth,
-    far_apart,
-    nearest_obstacle,
-    tangent_plane,
-    to_palm,
-)
-from graspbench.hand.distance import Point, core_distance, lowest_in_core, nearest_in_core
+from graspbench.hand.collision import far_apart, lowest_near, nearest_obstacle, tangent_plane, to_palm
+from graspbench.hand.distance import Point, core_distance
 from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, GROUND, HAND, HEIGHT, OBJECT, WORLD, System, Task
 
@@ -80,7 +74,7 @@ def collect_world(
     """Collect what is too near to the ground, to the contacts' tangent planes and to the object."""
     for row in range(3 * shapes.index.shape[0]):
         s, which = row // 3, row % 3
-        f, link, kind = shapes.index[s, FINGER], shapes.index[s, LINK], shapes.index[s, KIND]
+        f, link = shapes.index[s, FINGER], shapes.index[s, LINK]
         last = f >= 0 and contact_of[f] >= 0 and link == chains.counts[f] - 1
         if which > 0 and shapes.index[s, IS_TIP] == 1:
             continue
@@ -88,17 +82,24 @@ def collect_world(
             x, y, z, offset = pose[2, 0], pose[2, 1], pose[2, 2], task.limits[HEIGHT] - pose[2, 3]
             wanted = task.limits[GROUND] + BUFFER_M
             if which == 1:
-                # The last link stays outside the tangent plane of its own contact.
+                # The last link's end stays outside the tangent plane of its own contact.
                 if not last:
                     continue
                 i = contact_of[f]
                 x, y, z, offset = tangent_plane(pose, task.points[i], task.normals[i], system.exempt)
+                near, u, v, w = lowest_near(
+                    shapes, s, system.poses[s], system.exempt, task.limits[EXEMPT], x, y, z
+                )
+                if not near:
+                    continue
                 wanted = 0.5 * BUFFER_M
+                a = (u, v, w)
             elif task.limits[HEIGHT] == -np.inf:
                 continue
-            a = lowest_in_core(kind, system.poses[s], shapes.size[s], x, y, z)
+            else:
+                a = lowest_point(shapes, s, system.poses[s], x, y, z)
             n, b = (x, y, z), a
-            distance = x * a[0] + y * a[1] + z * a[2] - offset - shapes.size[s, RADIUS]
+            distance = x * a[0] + y * a[1] + z * a[2] - offset
         else:
             wanted = task.limits[OBJECT] + BUFFER_M
             radius = task.limits[EXEMPT] if last else 0.0
@@ -108,14 +109,9 @@ def collect_world(
             if i < 0:
                 continue
             b = to_palm(pose, task.obstacle.points[i])
-            a = nearest_in_core(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
-            n = (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-            length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-            if length > INSIDE_M:
-                n = (n[0] / length, n[1] / length, n[2] / length)
-            else:
-                _, x, y, z = core_depth(kind, system.poses[s], shapes.size[s], b[0], b[1], b[2])
-                n = (-x, -y, -z)
+            _, x, y, z = sided_distance(shapes, s, system.poses[s], b[0], b[1], b[2])
+            n = (-x, -y, -z)
+            a = (b[0] - distance * x, b[1] - distance * y, b[2] - distance * z)
         if distance < wanted:
             count = _add_gap(
                 system, count, distance - wanted, CLEARANCE_WEIGHT, n, a, b, f, link, WORLD, WORLD

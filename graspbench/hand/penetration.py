@@ -7,11 +7,12 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray, cross
 from graspbench.compiled import compiled, inner
+from graspbench.hand.borders import cuts_hull
 from graspbench.hand.chains import Chains
 from graspbench.hand.collision import place_hand
 from graspbench.hand.distance import ITERATIONS, Point, lowest_in_core, nearest_in_core
 from graspbench.hand.obstacle import balls_around, near_together
-from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, RADIUS, Shapes
+from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, PLANES, RADIUS, Shapes
 from graspbench.hand.task import System
 
 DEPTH_M = 9e-5  # deeper is a collision: a little less than the 0.1 mm that are tolerated
@@ -182,7 +183,7 @@ def links_sink(
         depth: Depth that is tolerated, m.
     """
     place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
-    placed, size = np.empty((3, 4)), np.empty(3)
+    placed, size, work = np.empty((3, 4)), np.empty(3), np.empty((2, 3 + shapes.planes.shape[0], 3))
     corners, balls, planes, blocks, starts = triangles
     for s in range(system.poses.shape[0]):
         f, kind, radius = shapes.index[s, FINGER], shapes.index[s, KIND], shapes.size[s, RADIUS]
@@ -197,6 +198,7 @@ def links_sink(
                     value += pose[row, i] * system.poses[s, i, column]
                 placed[row, column] = value
         near, bound = max(0.0, radius - depth), shapes.size[s, BOUND]
+        hulled = shapes.spans[s, PLANES + 1] > shapes.spans[s, PLANES]
         x, y, z = placed[0, 3], placed[1, 3], placed[2, 3]
         for b in range(blocks.shape[0]):
             far = bound + blocks[b, 3]
@@ -205,11 +207,13 @@ def links_sink(
             if not _near_ball(kind, placed, size, near, blocks[b]):
                 continue
             for t in range(starts[b], starts[b + 1]):
-                if (
-                    _near_ball(kind, placed, size, near, balls[t])
-                    and not _beside(kind, placed, size, near, planes[t])
-                    and _meets(kind, placed, size, near, corners[t])
-                ):
+                if not _near_ball(kind, placed, size, near, balls[t]):
+                    continue
+                if _beside(kind, placed, size, near, planes[t]):
+                    continue
+                if hulled and not cuts_hull(shapes, s, placed, depth, corners[t], work):
+                    continue
+                if hulled or _meets(kind, placed, size, near, corners[t]):
                     return True
     return False
 

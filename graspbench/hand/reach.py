@@ -6,6 +6,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.hand.chains import LEADER, LEADER_FINGER, LOWER, OFFSET, RATIO, SLIDES, UPPER
+from graspbench.hand.directions import even_directions
 from graspbench.hand.model import HandModel
 from graspbench.hand.shapes import FINGER, LINK, RADIUS
 
@@ -100,12 +101,3 @@ def _reach(hand: HandModel, f: int, joint: int) -> float:
     slides = chains.kinds[f, joint + 1 : k, SLIDES] == 1
     travel = np.abs(chains.limits[f, joint + 1 : k, LOWER : UPPER + 1]).max(axis=1) @ slides if k else 0.0
     return float(lengths.sum() + travel + np.linalg.norm(chains.tips[f]))
-
-
-def even_directions(count: int) -> FloatArray:
-    """Return unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
-    i = np.arange(count)
-    z = 1 - 2 * (i + 0.5) / count
-    angle = i * np.pi * (3 - np.sqrt(5))
-    r = np.sqrt(1 - z * z)
-    return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])

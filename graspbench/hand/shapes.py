@@ -6,22 +6,26 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio
-import scipy.spatial
-import trimesh
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.distance import BOX, CYLINDER, SEGMENT, core_distance
+from graspbench.hand.hulls import Hull, stacked
+from graspbench.hand.wrapping import Wrap, wrap_mesh
 
 PALM = -1
 _TIP_M = 1e-6
 
 FINGER, LINK, KIND, IS_TIP = 0, 1, 2, 3
 RADIUS, BOUND = 3, 4
+CORNERS, PLANES = 0, 2
 
 
 class Shapes(NamedTuple):
     """Rounded boxes, segments and cylinders fixed to the palm (first) or to the links of the fingers.
+
+    Meshes are wrapped in one for distances within the hand, which are between two moving bodies; towards
+    ground and object it is their convex hull that counts, which is closer to a fingertip.
 
     Attributes:
         index: Finger that carries the shape (-1: palm), position of the joint that moves it in the finger's
@@ -30,12 +34,19 @@ class Shapes(NamedTuple):
         size: Half extents of the core, radius of the ball it is swept by, radius of the bounding sphere
             around its centre; shape (s, 5), m.
         pairs: Pairs of shapes that must not touch, shape (p, 2).
+        corners: Corners of the meshes' hulls in their shapes' frames, shape (v, 3), m.
+        planes: Their planes, outward unit normals and offsets, shape (q, 4), m.
+        spans: First corner of each shape and the one after its last, the same of planes; both alike for a
+            shape without a hull; shape (s, 4).
     """
 
     index: IntArray  # type: ignore[assignment]  # hides tuple.index, which nobody needs
     local: FloatArray
     size: FloatArray
     pairs: IntArray
+    corners: FloatArray
+    planes: FloatArray
+    spans: IntArray
 
 
 class _Shape(NamedTuple):
@@ -47,6 +58,7 @@ class _Shape(NamedTuple):
     half: FloatArray
     radius: float
     is_tip: int
+    hull: Hull | None
 
 
 def extract_shapes(
@@ -75,7 +87,7 @@ def extract_shapes(
     """
     shapes: list[_Shape] = []
     for item in geometry.geometryObjects:
-        kind, half, radius, offset = _core(item.geometry)
+        (kind, half, radius, offset), hull = _core(item.geometry)
         placement = item.placement * offset
         finger, link = PALM, PALM
         if item.parentJoint in frames:
@@ -86,7 +98,9 @@ def extract_shapes(
         at_tip = finger != PALM and link == counts[finger] - 1 and kind == SEGMENT and half[2] == 0.0
         at_tip = at_tip and bool(np.linalg.norm(placement.translation - tips[finger]) < _TIP_M)
         shapes.append(
-            _Shape(finger, link, kind, placement.rotation, placement.translation, half, radius, int(at_tip))
+            _Shape(
+                finger, link, kind, placement.rotation, placement.translation, half, radius, int(at_tip), hull
+            )
         )
     shapes = _without_covered(shapes)
     shapes.sort(key=lambda s: (s.finger, s.link))
@@ -96,6 +110,7 @@ def extract_shapes(
         local=np.array([np.column_stack([s.rotation, s.centre]) for s in shapes]),
         size=np.array([(*s.half, s.radius, r + s.radius) for s, r in zip(shapes, reach, strict=True)]),
         pairs=np.zeros((0, 2), dtype=np.int64),
+        **stacked([shape.hull for shape in shapes]),
     )
 
 
@@ -171,28 +186,24 @@ def _overlap(shapes: Shapes, poses: FloatArray, a: int, b: int, radii: float) ->
     return bool(distance < radii + _TIP_M)
 
 
-def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pinocchio.SE3]:
-    """Return kind, half extents, radius and placement of a Coal shape."""
+def _core(geometry: coal.CollisionGeometry) -> tuple[Wrap, Hull | None]:
+    """Return kind, half extents, radius and placement of a Coal shape, and the convex hull of a mesh."""
     here = pinocchio.SE3.Identity()
     if isinstance(geometry, coal.Sphere):
-        return SEGMENT, np.zeros(3), float(geometry.radius), here
+        return (SEGMENT, np.zeros(3), float(geometry.radius), here), None
     if isinstance(geometry, coal.Capsule):
-        return SEGMENT, np.array([0.0, 0.0, geometry.halfLength]), float(geometry.radius), here
+        return (SEGMENT, np.array([0.0, 0.0, geometry.halfLength]), float(geometry.radius), here), None
     if isinstance(geometry, coal.Cylinder):
         radius, half = float(geometry.radius), float(geometry.halfLength)
         if half > radius:
-            return SEGMENT, np.array([0.0, 0.0, half]), radius, here
-        return CYLINDER, np.array([radius, radius, half]), 0.0, here
+            return (SEGMENT, np.array([0.0, 0.0, half]), radius, here), None
+        return (CYLINDER, np.array([radius, radius, half]), 0.0, here), None
     if isinstance(geometry, coal.Box):
-        return BOX, np.array(geometry.halfSide, dtype=float), 0.0, here
+        return (BOX, np.array(geometry.halfSide, dtype=float), 0.0, here), None
     if hasattr(geometry, "vertices"):
-        vertices = np.asarray(geometry.vertices(), dtype=float).reshape(-1, 3)
-        if (
-            len(vertices) >= 4
-            and np.all(np.isfinite(vertices))
-            and (fitted := fit_around(vertices)) is not None
-        ):
-            return fitted
+        vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
+        if len(vertices) >= 4 and np.all(np.isfinite(vertices)) and (wrapped := wrap_mesh(vertices)):
+            return wrapped
     geometry.computeLocalAABB()
     box = geometry.aabb_local
     low, high = np.array(box.min_, dtype=float), np.array(box.max_, dtype=float)
@@ -201,32 +212,7 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[int, FloatArray, float, pin
             f"a collision shape of type {type(geometry).__name__} has no bounds",
             remedy="use spheres, boxes, cylinders or meshes in the URDF",
         )
-    return BOX, (high - low) / 2, 0.0, pinocchio.SE3(np.eye(3), (low + high) / 2)
-
-
-def fit_around(vertices: FloatArray) -> tuple[int, FloatArray, float, pinocchio.SE3] | None:
-    """Return the smaller of a mesh's least box and the capsule along it; None for a flat mesh.
-
-    Returns:
-        Kind of the core, its half extents, shape (3,), the radius that it is swept by, and its placement.
-    """
-    try:
-        to_box, edges = trimesh.bounds.oriented_bounds(vertices)
-    except (scipy.spatial.QhullError, ValueError):
-        return None
-    order = np.argsort(edges, kind="stable")  # z along the longest edge
-    axes = np.linalg.inv(to_box)[:3, :3][:, order]
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] = -axes[:, 0]
-    centre = np.linalg.inv(to_box)[:3, 3]
-    placement = pinocchio.SE3(np.ascontiguousarray(axes), centre)
-    local = (vertices - centre) @ axes
-    radius = float(np.linalg.norm(local[:, :2], axis=1).max())
-    within = np.sqrt(np.maximum(radius**2 - np.sum(local[:, :2] ** 2, axis=1), 0.0))
-    half = max(float((np.abs(local[:, 2]) - within).max()), 0.0)
-    if np.pi * radius**2 * (2.0 * half + 4.0 / 3.0 * radius) < float(np.prod(edges)):
-        return SEGMENT, np.array([0.0, 0.0, half]), radius, placement
-    return BOX, np.asarray(edges, dtype=float)[order] / 2, 0.0, placement
+    return (BOX, (high - low) / 2, 0.0, pinocchio.SE3(np.eye(3), (low + high) / 2)), None
 
 
 def _without_covered(shapes: list[_Shape]) -> list[_Shape]:

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray, cross
-from graspbench.hand.reach import even_directions
+from graspbench.hand.directions import even_directions
 
 TILTS_DEG = (30.0, 60.0, 85.0)
 BELOW_COST = 0.15**2

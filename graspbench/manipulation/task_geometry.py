@@ -111,7 +111,7 @@ def resistance(
     moved = (twist[:3] + np.cross(twist[3:], levers)).ravel()
     if np.linalg.cond(matrix) > 1e14:
         return None
-    answer = np.linalg.solve(matrix, moved)
+    answer = np.asarray(np.linalg.solve(matrix, moved), dtype=np.float64)
     joints = joint_compliance * (jacobian.T @ answer)
     gradient = np.zeros(system.n_variables)
     for i in range(system.n_contacts):

@@ -18,9 +18,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.hand_pose import HandPose
 from graspbench.hand.model import HandModel
-from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
-from graspbench.simulation.bullet_exchange import quaternion_of
 from graspbench.simulation.mounts.floating import FloatingWrist
 from graspbench.simulation.simulated_hand import SimulatedHand
 from graspbench.simulation.slip import SlipMeter
@@ -49,7 +47,7 @@ class StandParameters:
     ] = 40
     stiffness_nm_rad: Annotated[
         float, Field(gt=0, description="Stiffness with which joints go to the squeeze, N m/rad")
-    ] = 5.0
+    ] = 10.0
     damping_nms_rad: Annotated[float, Field(gt=0, description="Damping of the joints, N m s/rad")] = 0.2
     torsional_friction_m: Annotated[
         float, Field(ge=0, description="Torque about a contact's normal per normal force, m")
@@ -119,14 +117,12 @@ class HoldStand:
             self._wrist = FloatingWrist(hand, np.eye(4), np.array([0.0, 0.0, 1.0]))
             friction = TipFriction(self.friction, self.parameters.torsional_friction_m, self.friction)
             self._fingers = SimulatedHand(self._world, hand, self._wrist, hand.rest, friction)
-            with captured_output():
-                self._table = self._add_table()
         except BaseException:
             self.close()
             raise
         self._all = np.arange(hand.n_joints)
         self._start = np.eye(4)
-        self._squeezed = hand.rest
+        self._squeezed = self._rest = hand.rest
         self._palm = np.eye(4)
         self._slip: SlipMeter | None = None
         self._saved = -1
@@ -155,30 +151,27 @@ class HoldStand:
         friction: float,
         *,
         transform_error: FloatArray | None = None,
-        up: FloatArray | None = None,
     ) -> Drift:
         """Let the hand close from the first stage by the others, and remember the state for `restore`.
 
+        The object floats without weight.
+
         Args:
-            stages: Open, at the grasp, squeezed.
+            stages: Open, touching, squeezed.
             mass_kg: The object's mass.
             friction: Coulomb friction between hand and object.
             transform_error: How the object is displaced in its own frame, shape (4, 4); None: not at all.
-            up: Direction against gravity in the object's frame, shape (3,): the object lies on a table and
-                has its weight. None: it floats without weight.
 
         Returns:
             How far the closing moved the object; what comes later is measured from after it.
         """
         self._set_object(mass_kg, friction)
+        self._slip = None
         at_grasp = stages[len(stages) // 2].transform_palm_to_object
         object_to_stand = np.asarray(np.linalg.inv(at_grasp), dtype=np.float64)
         placed = object_to_stand if transform_error is None else object_to_stand @ transform_error
         palms = [object_to_stand @ stage.transform_palm_to_object for stage in stages]
-        weight = np.zeros(3)
-        self._put_table(placed, up)
-        if up is not None:
-            weight = -self.weight_n * (placed[:3, :3] @ up)
+        nothing = np.zeros(3)
         self._world.put_object(placed)
         self._wrist.put(palms[0])
         self._fingers.put(stages[0].joints)
@@ -188,10 +181,14 @@ class HoldStand:
             for i in range(1, steps + 1):
                 share = i / steps
                 joints = (1.0 - share) * stages[k - 1].joints + share * stages[k].joints
-                self._step(way(share), joints, weight, None)
+                # What presses beyond the contacts is a torque; springs hold the posture that touches.
+                self._rest = stages[k - 1].joints if k == len(stages) - 1 else joints
+                self._step(way(share), joints, nothing, None)
         self._palm, self._squeezed = palms[-1], stages[-1].joints
+        self._rest = self._fingers.state()[0]
         for _ in range(self._steps(self.parameters.settling_time_s)):
-            self._step(self._palm, self._squeezed, weight, None)
+            self._step(self._palm, self._squeezed, nothing, None)
+        self._rest = self._fingers.state()[0]
         self._start = placed_in(self._fingers.palm_pose(), placed)
         moved = self.drift()
         self._begin()
@@ -317,10 +314,12 @@ class HoldStand:
         p = self.parameters
         self._fingers.drive_wrist(palm, p.time_step_s)
         q, velocity = self._fingers.state()
-        away = joints - q
+        # In all the torque of springs to the goal; the part that does not change is none of the solver's.
+        pressing = p.stiffness_nm_rad * (joints - self._rest)
+        away = self._rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
         rate = p.stiffness_nm_rad / p.damping_nms_rad
-        self._fingers.drive_compliantly(np.zeros_like(q), springs, rate * away, self._all)
+        self._fingers.drive_compliantly(pressing, springs, rate * away, self._all)
         if np.any(force_n):
             position, _ = pybullet.getBasePositionAndOrientation(
                 self._world.object_id, physicsClientId=self._client
@@ -362,33 +361,6 @@ class HoldStand:
             pybullet.changeDynamics(
                 self._fingers.body, link, lateralFriction=friction, physicsClientId=self._client
             )
-
-    def _add_table(self) -> int:
-        plane = pybullet.createCollisionShape(
-            pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=self._client
-        )
-        table: int = pybullet.createMultiBody(0.0, plane, physicsClientId=self._client)
-        # The object stands on it; a grasp that was planned without a table is not in its way.
-        for link in range(-1, pybullet.getNumJoints(self._fingers.body, physicsClientId=self._client)):
-            pybullet.setCollisionFilterPair(
-                table, self._fingers.body, -1, link, 0, physicsClientId=self._client
-            )
-        return table
-
-    def _put_table(self, object_to_stand: FloatArray, up: FloatArray | None) -> None:
-        """Put the table under the object, or far away."""
-        pose = np.eye(4)
-        pose[2, 3] = -_FAR_M
-        if up is not None:
-            upwards = object_to_stand[:3, :3] @ up
-            side = np.cross(np.eye(3)[int(np.argmin(np.abs(upwards)))], upwards)
-            side /= np.linalg.norm(side)
-            pose[:3, :3] = np.column_stack((side, np.cross(upwards, side), upwards))
-            lowest = float((np.asarray(self.object_model.mesh.vertices) @ up).min())
-            pose[:3, 3] = object_to_stand[:3, 3] + lowest * upwards
-        pybullet.resetBasePositionAndOrientation(
-            self._table, pose[:3, 3].tolist(), quaternion_of(pose), physicsClientId=self._client
-        )
 
 
 def placed_in(transform_palm: FloatArray, transform_object: FloatArray) -> FloatArray:

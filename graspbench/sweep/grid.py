@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from graspbench.config.engine import EngineParameters
+from graspbench.config.engine import EngineParameters, check_jobs
 from graspbench.config.grid import expand_sweep
 from graspbench.config.trial_config import TrialConfig, kind_of, load_any_config
 from graspbench.results.store import ResultStore
@@ -116,6 +116,7 @@ def _engine(
 
 
 def _default_engine(jobs: int) -> EngineParameters:
+    check_jobs(jobs)
     return EngineParameters(jobs=jobs) if jobs else EngineParameters(name="inline")
 
 

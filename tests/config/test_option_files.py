@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from graspbench.config import option_files
 from graspbench.config.trial_config import load_config, load_stored_config
 from graspbench.errors import ConfigurationError
 
@@ -50,6 +51,26 @@ def test_a_bad_file_is_named_in_one_sentence(folder, name):
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 700
+
+
+@pytest.mark.parametrize("place", ["", "camera/a", "camera/a/b/c", "elsewhere/.x"])
+@pytest.mark.parametrize("name", ["bomb", "latin"])
+def test_a_bad_file_that_another_names_is_found_at_any_depth(folder, place, name):
+    content, said = BAD[name]
+    (folder / place).mkdir(parents=True, exist_ok=True)
+    (folder / place / "bad.yaml").write_bytes(content)
+    named = place.removeprefix("camera/") if place.startswith("camera/") else f"/{place}"
+    (folder / "camera" / "good.yaml").write_text(f"defaults:\n  - {named.rstrip('/')}/bad\n")
+    with pytest.raises(ConfigurationError, match=said):
+        load_config(["camera=good"], folder)
+
+
+def test_a_folder_without_an_end_is_no_folder_of_options(folder, monkeypatch):
+    monkeypatch.setattr(option_files, "MAX_ENTRIES", 300)
+    (folder / "camera" / "again").symlink_to(folder)
+    (folder / "camera" / "more").symlink_to(folder)
+    with pytest.raises(ConfigurationError, match="holds more than"):
+        load_config(["camera=default"], folder)
 
 
 @pytest.mark.parametrize("kind", ["fifo", "folder", "dangling"])

@@ -11,6 +11,7 @@ import coal
 import numpy as np
 import pinocchio
 import trimesh
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from graspbench.hand import HandModel, HandParameters
 
@@ -66,7 +67,7 @@ def judge(parameters: HandParameters, hand: HandModel, posture, points, normals,
         ground: Height of the ground; None for none.
     """
     folders = [str(folder) for folder in hand.package_dirs]
-    model = pinocchio.buildModelFromUrdf(str(hand.urdf_path))
+    model = pinocchio.buildModelFromUrdf(str(hand.urdf_path), mimic=True)
     shapes = pinocchio.buildGeomFromUrdf(
         model, str(hand.urdf_path), pinocchio.GeometryType.COLLISION, package_dirs=folders
     )
@@ -82,9 +83,10 @@ def judge(parameters: HandParameters, hand: HandModel, posture, points, normals,
         frame = model.getFrameId(hand.tip_links[finger])
         tips.append(root.act(data.oMf[frame].translation))
         errors.append(np.linalg.norm(tips[-1] - points[contact] - parameters.tip_radius_m * normals[contact]))
-        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)[:3]
-        moving = np.abs(jacobian).max(axis=0) > 1e-12
-        values.append(np.linalg.svd(jacobian[:, moving], compute_uv=False)[-1])
+        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
+        jacobian = jacobian.reshape(6, -1)[:3]
+        free = _freedom(model, frame)
+        values.append(np.linalg.svd(jacobian.reshape(3, -1), compute_uv=False)[free - 1])
     excess = np.maximum(model.lowerPositionLimit - posture.joints, posture.joints - model.upperPositionLimit)
     is_tip = [
         isinstance(item.geometry, coal.Sphere)
@@ -161,6 +163,20 @@ def _hits(shape, placement, surface) -> bool:
     )
 
 
+def _freedom(model, frame) -> int:
+    """Return in how many directions a tip can move at most, in some posture or other."""
+    data, generator = model.createData(), np.random.default_rng(7)
+    most = 0
+    for _ in range(5):
+        q = generator.uniform(model.lowerPositionLimit, model.upperPositionLimit)
+        pinocchio.computeJointJacobians(model, data, q)
+        pinocchio.updateFramePlacements(model, data)
+        jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
+        values = np.linalg.svd(jacobian.reshape(6, -1)[:3], compute_uv=False)
+        most = max(most, int(np.sum(values > 1e-6)))
+    return most
+
+
 def _ground_depth(shape, placement, height) -> float:
     plane = coal.Halfspace(np.array([0.0, 0.0, 1.0]), height)
     return -_distance(shape, placement, plane, pinocchio.SE3.Identity())
@@ -184,6 +200,8 @@ def _thickness(shape) -> float:
         return float(np.min(shape.halfSide)) - 1e-5
     if isinstance(shape, coal.Cylinder):
         return min(float(shape.radius), float(shape.halfLength)) - 1e-5
+    if hasattr(shape, "vertices"):
+        return 0.01
     return float(shape.radius) - 1e-5
 
 
@@ -194,7 +212,20 @@ def _thinned(shape, by: float):
         return coal.Cylinder(shape.radius - by, 2 * (shape.halfLength - by))
     if isinstance(shape, coal.Capsule):
         return coal.Capsule(shape.radius - by, 2 * shape.halfLength)
+    if hasattr(shape, "vertices"):
+        return _thinned_hull(np.array(shape.vertices(), dtype=float).reshape(-1, 3), by)
     return coal.Sphere(shape.radius - by)
+
+
+def _thinned_hull(vertices, by: float):
+    """Return what is left of a mesh's hull when its planes are moved inwards; a grain if nothing is."""
+    hull = ConvexHull(vertices)
+    planes = hull.equations + np.array([0.0, 0.0, 0.0, by])
+    inside = vertices[hull.vertices].mean(axis=0)
+    if np.max(planes[:, :3] @ inside + planes[:, 3]) > -1e-6:
+        return coal.Sphere(1e-6)
+    kept = HalfspaceIntersection(planes, inside).intersections
+    return bounding_surface(trimesh.Trimesh(kept, ConvexHull(kept).simplices))
 
 
 def _ball_depth(centre, radius, surface, mesh) -> float:

@@ -271,7 +271,7 @@ def test_cells_too_fine_for_memory_or_planner_are_refused_with_the_size_that_wil
         rest(silhouettes)
     enough = float(caught.value.remedy.split()[-1])
     assert 2.0 < enough < 10.0
-    rest(silhouettes, replace(NET, cell_px=enough))
+    rest(silhouettes, replace(NET, cell_px=enough, levels=1))
 
 
 def test_no_images_lead_to_a_grid_of_more_than_four_gigabytes():

@@ -7,6 +7,7 @@ import pytest
 
 from graspbench.config.engine import MAX_JOBS_PER_CORE, load_engine
 from graspbench.errors import ConfigurationError, LogError, OutputError
+from graspbench.experiment.export import file_name
 from graspbench.results.store import ResultStore, read_result
 from graspbench.sweep.tune import STUDY_FILE, _readable_study
 from graspbench.sweep.worker import _last_words
@@ -76,6 +77,12 @@ def test_a_result_is_read_from_a_file_of_the_folder_alone(kind, tmp_path):
         path.write_text(json.dumps({"schema": 3, "times_s": {f"x{i}": i for i in range(30_000)}}))
     with pytest.raises(LogError, match="more than 20000 values" if kind == "values" else "no regular file"):
         read_result(path)
+
+
+def test_an_exported_file_stays_in_its_folder():
+    assert file_name("../../etc/passwd_0") == "______etc_passwd_0"
+    assert file_name("radial_sphère_3") == "radial_sphère_3"
+    assert len(file_name("x" * 5000)) <= 100
 
 
 def test_a_machine_takes_only_so_many_trials_at_a_time():

@@ -16,11 +16,12 @@ from graspbench.simulation.hold_stand import Drift, HoldStand
 from graspbench.simulation.phases import smooth
 
 _RISE_M = 0.02
+_LOADING_S = 0.2
 
 
 @dataclass(frozen=True)
 class _Carried:
-    """An object with weight on a table that the hand does not feel, lifted by it."""
+    """An object that floats until the hand has closed, gets its weight then, and is lifted."""
 
     mass_kg: Annotated[
         float | None, Field(gt=0, description="The object's mass, kg; null: the object's own")
@@ -48,13 +49,15 @@ class _Carried:
         """Lift the object; return why it was lost, its weight, shape (3,), and the palm's pose then."""
         mass_kg = stand.object_model.mass_kg if self.mass_kg is None else self.mass_kg
         stages = stages_of(record, judgement)
-        closing = stand.grasp(stages, mass_kg, self.friction, transform_error=transform_error, up=record.up)
+        closing = stand.grasp(stages, mass_kg, self.friction, transform_error=transform_error)
         upwards = up_in_stand(stand, record)
         weight, low = -stand.weight_n * upwards, stand.palm
         if closing.fingers == 0:
             return "no finger touched the object after the closing", weight, low
         if closing.moved_m > self.drop_m:
             return f"the closing moved the object by {1e3 * closing.moved_m:.0f} mm", weight, low
+        if stand.ramp(weight, np.zeros(3), _LOADING_S, self.is_lost) < 1.0:
+            return "the object was lost under its weight", weight, low
         height = self.lift_m if lift_m is None else lift_m
 
         def rising(share: float) -> FloatArray:
@@ -81,11 +84,11 @@ def _staying(pose: FloatArray) -> Callable[[float], FloatArray]:
 @PROTOCOLS.register("lift")
 @dataclass(frozen=True)
 class Lift(_Carried):
-    """The object is lifted from a table and held."""
+    """The object is lifted and held."""
 
     hold_time_s: Annotated[float, Field(gt=0, description="How long it is held then, s")] = 0.5
 
-    description: ClassVar[str] = "the object is lifted from a table and held"
+    description: ClassVar[str] = "the object is lifted and held"
 
     def run(self, stand: HoldStand, record: GraspRecord, judgement: Judgement, seed: int) -> ProtocolOutcome:
         """Try a grasp; see `GraspProtocol.run`."""

@@ -55,15 +55,17 @@ PROTOCOLS: Registry[type[GraspProtocol]] = Registry("protocol", "graspbench.eval
 
 
 def stages_of(record: GraspRecord, judgement: Judgement) -> tuple[HandPose, HandPose, HandPose]:
-    """Return the hand open, at the grasp and squeezed: palms as stated, joints as completed."""
-    grasp, opened, squeezed = record.grasp, judgement.opened, judgement.squeezed
+    """Return the hand open, touching and squeezed: palms as stated, joints as the judge closed them."""
+    grasp, opened = record.grasp, judgement.opened
+    closed, squeezed = judgement.closed, judgement.squeezed
     assert grasp is not None, "the caller has looked"
     assert opened is not None, "the judge completes what has a hand"
+    assert closed is not None, "the judge completes what has a hand"
     assert squeezed is not None, "the judge completes what has a hand"
     first, last = record.pregrasp or grasp, record.squeeze or grasp
     return (
         HandPose(first.transform_palm_to_object, opened.joints),
-        HandPose(grasp.transform_palm_to_object, grasp.joints),
+        HandPose(grasp.transform_palm_to_object, closed.joints),
         HandPose(last.transform_palm_to_object, squeezed.joints),
     )
 

@@ -25,7 +25,7 @@ def description_text(found: ImportedHand, source: str) -> str:
     if p.package_dirs:
         lines.append(f"package_dirs: [{', '.join(_text(folder) for folder in p.package_dirs)}]")
     lines += [
-        f"# Of {len(p.chains)} fingers: as many as oppose and as their joints and the wrist can place.",
+        f"# Of {len(p.chains)} fingers: as many as oppose, and as reach contacts evenly around a body.",
         f"fingers: {p.fingers}",
         "# The spheres that touch. They come from: "
         + "; ".join(f"{name}: {tip.source}" for name, tip in found.tips.items())

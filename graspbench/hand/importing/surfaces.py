@@ -6,6 +6,7 @@ import coal
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.hand.directions import even_directions
 
 _SPHERE = 200
 
@@ -20,13 +21,13 @@ def surface_points(shape: Any) -> FloatArray:
         grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(grid[np.abs(grid).max(axis=1) == 1.0] * np.asarray(shape.halfSide).ravel())
     if isinstance(shape, coal.Sphere):
-        return np.asarray(shape.radius * _directions())
+        return np.asarray(shape.radius * even_directions(_SPHERE))
     if isinstance(shape, (coal.Capsule, coal.Cylinder)):
         angles = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
         ring = shape.radius * np.column_stack((np.cos(angles), np.sin(angles), 0.0 * angles))
         rings = [ring + np.array([0.0, 0.0, share * shape.halfLength]) for share in np.linspace(-1.0, 1.0, 7)]
         if isinstance(shape, coal.Capsule):
-            ball = shape.radius * _directions()
+            ball = shape.radius * even_directions(_SPHERE)
             rings += [ball + np.array([0.0, 0.0, side * shape.halfLength]) for side in (-1.0, 1.0)]
         return np.concatenate(rings)
     if hasattr(shape, "vertices"):
@@ -36,10 +37,3 @@ def surface_points(shape: Any) -> FloatArray:
     low, high = np.asarray(box.min_, dtype=float), np.asarray(box.max_, dtype=float)
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     return np.asarray(low + corners * (high - low))
-
-
-def _directions() -> FloatArray:
-    i = np.arange(_SPHERE)
-    z = 1 - 2 * (i + 0.5) / _SPHERE
-    angle, r = i * np.pi * (3 - np.sqrt(5)), np.sqrt(1 - z * z)
-    return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])

@@ -1,4 +1,4 @@
-"""Where a finger touches: a sphere fitted to the end of its last link, on the side that closes."""
+"""Where a finger touches: a sphere that follows the end of its last link, on the side that closes."""
 
 from dataclasses import dataclass
 
@@ -9,15 +9,11 @@ import pinocchio
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.chains import coupling, motion_axis
-from graspbench.hand.distance import BOX
+from graspbench.hand.importing.pads import fit_pad
 from graspbench.hand.importing.structure import FoundFinger
 from graspbench.hand.importing.surfaces import surface_points
-from graspbench.hand.shapes import fit_around
 
-_SLICE_M, _SLICE_SHARE = 0.012, 0.35
-_PROUD_M, _END_M = 2e-3, 5e-4
-"""How far a fitted sphere stands out: more than the margin that links keep from the object."""
-_MIN_RADIUS_M, _MAX_RADIUS_M, _BARE_RADIUS_M = 0.004, 0.015, 0.008
+_BARE_RADIUS_M = 0.008
 
 
 @dataclass(frozen=True)
@@ -68,7 +64,7 @@ def last_link(
     for item in geometry.geometryObjects:
         if item.parentJoint != joint:
             continue
-        points = _known_points(item.geometry) @ item.placement.rotation.T + item.placement.translation
+        points = surface_points(item.geometry) @ item.placement.rotation.T + item.placement.translation
         clouds.append(points)
         if isinstance(item.geometry, coal.Sphere):
             balls.append([*item.placement.translation, item.geometry.radius])
@@ -99,31 +95,17 @@ def last_link(
     )
 
 
-def _known_points(shape: coal.CollisionGeometry) -> FloatArray:
-    """Return points on a shape as the planners know it: on what is wrapped around a mesh, not on the mesh.
-
-    A tip that stands out of the mesh alone would not stand out of that.
-    """
-    points = surface_points(shape)
-    wrapped = fit_around(points) if hasattr(shape, "vertices") and len(points) >= 4 else None
-    if wrapped is None:
-        return points
-    kind, half, radius, placement = wrapped
-    around = coal.Box(*(2 * half)) if kind == BOX else coal.Capsule(radius, 2 * half[2])
-    return np.asarray(surface_points(around) @ placement.rotation.T + placement.translation)
-
-
 def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_m: float | None) -> FoundTip:
     """Fit a sphere to the end of a finger.
 
-    A sphere of the description that reaches as far as anything is taken as it is. Otherwise the sphere
-    is at the end of the link and stands 2 mm proud of the side that closes, midway along the axis.
+    A sphere of the description that reaches as far as anything is taken as it is. Otherwise it is the one
+    that follows the link's pad (see ``fit_pad``).
 
     Args:
         model: The hand.
         finger: The finger.
         last: Its end, its pad on the side that closes.
-        radius_m: Radius to take; None for half the link's width there.
+        radius_m: Radius to take; None to find one.
     """
     if not len(last.points):
         frame = _frame_in_joint(model, finger)
@@ -135,26 +117,20 @@ def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_
                 finger=finger.name,
             )
         return FoundTip(frame.translation, radius_m or _BARE_RADIUS_M, f"the frame '{finger.frame}'")
-    heights = last.points @ last.outwards
-    end = float(heights.max())
+    end = float((last.points @ last.outwards).max())
     reaching = last.balls[last.balls[:, :3] @ last.outwards + last.balls[:, 3] >= end - 1e-3]
     if radius_m is None and len(reaching):
         best = reaching[int(np.argmax(reaching[:, 3]))]
         return FoundTip(best[:3], float(best[3]), "a sphere of the description")
-    deep = min(_SLICE_M, _SLICE_SHARE * (end - float(heights.min())))
-    tip = last.points[heights >= end - deep]
-    sides = last.points[heights >= end - 2.0 * deep - 1e-3] if len(tip) < 8 else tip
-    low, high = (sides @ last.axis).min(), (sides @ last.axis).max()
-    back, front = (sides @ last.pad).min(), (sides @ last.pad).max()
-    if abs(last.pad @ last.axis) > 0.5:  # of a sliding finger: the width is across both
-        across = np.cross(last.axis, last.outwards)
-        low, high = (sides @ across).min(), (sides @ across).max()
-        wide, middle_ = across, 0.5 * (low + high)
-    else:
-        wide, middle_ = last.axis, 0.5 * (low + high)
-    radius = radius_m or float(np.clip(0.5 * min(high - low, front - back), _MIN_RADIUS_M, _MAX_RADIUS_M))
-    centre = middle_ * wide + (front + _PROUD_M - radius) * last.pad + (end + _END_M - radius) * last.outwards
-    return FoundTip(centre, radius, "the end of its last link")
+    pad = fit_pad(last.points, pad_axes(last), radius_m)
+    return FoundTip(
+        pad.centre, pad.radius_m, f"the pad of its last link, {1e3 * pad.proud_m:.1f} mm proud at most"
+    )
+
+
+def pad_axes(last: LastLink) -> FloatArray:
+    """Return rows: the side that closes, the direction of the tip, and across both, shape (3, 3)."""
+    return np.array([last.pad, last.outwards, np.cross(last.pad, last.outwards)])
 
 
 def joint_axis(model: pinocchio.Model, joint: int) -> tuple[bool, FloatArray]:

@@ -17,11 +17,13 @@ from graspbench.paper.study.outcomes import (
     withstands,
 )
 from graspbench.paper.study.statistics import (
-    area_under_curve,
+    Score,
+    areas_under_curve,
     bootstrapped,
     folds_of,
     held_out,
-    rank_correlation,
+    once,
+    rank_correlations,
 )
 from graspbench.report.statistics import Interval
 
@@ -65,8 +67,8 @@ def analyse(frame: pd.DataFrame) -> Analysis:
         for name, values in columns.items()
     ]
     rows.sort(key=lambda row: -row["spearman"] if np.isfinite(row["spearman"]) else np.inf)
-    by_rank = held_out(_best(columns, force, rank_correlation), folds)
-    by_area = held_out(_best(columns, good, area_under_curve), folds)
+    by_rank = held_out(_best(columns, force, rank_correlations), folds)
+    by_area = held_out(_best(columns, good, areas_under_curve), folds)
     rows.append({"predictor": BEST, **_scores(by_rank, by_area, force, torque, good, objects)})
     features = Features({**columns, "friction": frame["friction"].to_numpy(dtype=np.float64)})
     ranks = held_out(lambda train: fitted(ridge, features, force, objects, train), folds)
@@ -93,9 +95,9 @@ def _scores(
     objects: NDArray[np.str_],
 ) -> dict[str, Any]:
     return {
-        **_interval("spearman", bootstrapped(rank_correlation, for_rank, force, objects)),
-        **_interval("torque", bootstrapped(rank_correlation, for_rank, torque, objects)),
-        **_interval("auc", bootstrapped(area_under_curve, for_area, good, objects)),
+        **_interval("spearman", bootstrapped(rank_correlations, for_rank, force, objects)),
+        **_interval("torque", bootstrapped(rank_correlations, for_rank, torque, objects)),
+        **_interval("auc", bootstrapped(areas_under_curve, for_area, good, objects)),
         "grasps": int(np.count_nonzero(np.isfinite(for_rank))),
     }
 
@@ -105,13 +107,13 @@ def _interval(name: str, found: Interval) -> dict[str, Any]:
 
 
 def _best(
-    columns: Mapping[str, FloatArray], outcome: FloatArray, score: Callable[[FloatArray, FloatArray], float]
+    columns: Mapping[str, FloatArray], outcome: FloatArray, score: Score
 ) -> Callable[[BoolArray], Predict]:
     """Return what chooses the best predictor of the training rows, as quantiles that folds have in common."""
     features = Features(columns)
 
     def fit(train: BoolArray) -> Predict:
-        known = [score(values[train], outcome[train]) for values in columns.values()]
+        known = [once(score, values[train], outcome[train]) for values in columns.values()]
         best = int(np.nanargmax(known))
         return lambda rows: np.asarray(features.scaled(train, rows)[:, best])
 
@@ -134,7 +136,7 @@ def _conditions(
                 continue
             label = value if isinstance(value, str) else f"{float(value):g}"
             for name, values in (*columns.items(), (COMBINED, combined)):
-                found = bootstrapped(rank_correlation, values[part], force[part], objects[part])
+                found = bootstrapped(rank_correlations, values[part], force[part], objects[part])
                 rows.append(
                     {
                         "condition": key,

@@ -12,7 +12,13 @@ from scipy.optimize import minimize
 from scipy.stats import rankdata
 
 from graspbench.arrays import BoolArray, FloatArray
-from graspbench.paper.study.statistics import area_under_curve, folds_of, held_out, rank_correlation
+from graspbench.paper.study.statistics import (
+    areas_under_curve,
+    folds_of,
+    held_out,
+    once,
+    rank_correlations,
+)
 
 STRENGTHS = (0.3, 3.0, 30.0, 300.0)
 INNER_FOLDS = 4
@@ -82,7 +88,7 @@ def fitted(
     train: BoolArray,
 ) -> Predict:
     """Return a combination fitted to training rows, its strength chosen by leaving objects out of these."""
-    score = area_under_curve if kind is logistic else rank_correlation
+    score = areas_under_curve if kind is logistic else rank_correlations
     rows = np.flatnonzero(train)
     folds = folds_of(objects[rows], INNER_FOLDS, seed=1)
 
@@ -91,7 +97,7 @@ def fitted(
             predict = kind(features, outcome, strength, _among(rows[inside], len(train)))
             return lambda chosen: predict(_among(rows[chosen], len(train)))
 
-        value = score(held_out(fit, folds), outcome[rows])
+        value = once(score, held_out(fit, folds), outcome[rows])
         return value if np.isfinite(value) else -np.inf
 
     return kind(features, outcome, max(STRENGTHS, key=quality), train)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.report.statistics import Interval
@@ -12,34 +11,64 @@ from graspbench.report.statistics import Interval
 RESAMPLES = 1000
 CONFIDENCE = 0.95
 
-Score = Callable[[FloatArray, FloatArray], float]
+Score = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Of predictions and outcomes, shape (n,), and how often each row counts in each sample, shape (r, n)."""
 
 
-def rank_correlation(predicted: FloatArray, outcome: FloatArray) -> float:
-    """Return Spearman's rank correlation; nan where one side is constant or fewer than four are known."""
-    use = np.isfinite(predicted) & np.isfinite(outcome)
-    a, b = predicted[use], outcome[use]
-    if len(a) < 4 or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
-        return float("nan")
-    return float(np.corrcoef(rankdata(a), rankdata(b))[0, 1])
-
-
-def area_under_curve(predicted: FloatArray, outcome: FloatArray) -> float:
-    """Return the chance that a grasp that withstands is given a larger number than one that does not.
-
-    Equal numbers count half (Hanley and McNeil 1982). Nan where there is only one kind.
+def rank_correlations(predicted: FloatArray, outcome: FloatArray, counts: FloatArray) -> FloatArray:
+    """Return Spearman's rank correlation in each sample, shape (r,); nan where one side is constant.
 
     Args:
-        predicted: Shape (n,).
+        predicted: Shape (n,); rows that are not finite are left out.
+        outcome: Shape (n,).
+        counts: How often each row is in each sample, shape (r, n).
+    """
+    use = np.isfinite(predicted) & np.isfinite(outcome)
+    weights = counts[:, use]
+    a, b = _mid_ranks(predicted[use], weights), _mid_ranks(outcome[use], weights)
+    sizes = np.maximum(weights.sum(axis=1, keepdims=True), 1.0)
+    a -= (weights * a).sum(axis=1, keepdims=True) / sizes
+    b -= (weights * b).sum(axis=1, keepdims=True) / sizes
+    spread = np.sqrt((weights * a * a).sum(axis=1) * (weights * b * b).sum(axis=1))
+    known = spread > 1e-9
+    together = (weights * a * b).sum(axis=1)
+    return np.where(known, together / np.where(known, spread, 1.0), np.nan)
+
+
+def areas_under_curve(predicted: FloatArray, outcome: FloatArray, counts: FloatArray) -> FloatArray:
+    """Return the chance that a grasp that withstands is given a larger number than one that does not.
+
+    Equal numbers count half (Hanley and McNeil 1982). Nan where a sample has only one kind.
+
+    Args:
+        predicted: Shape (n,); rows that are not finite are left out.
         outcome: 1 where the grasp withstands, 0 where not, shape (n,).
+        counts: How often each row is in each sample, shape (r, n).
     """
     use = np.isfinite(predicted)
-    good = outcome[use] > 0.5
-    ranks = rankdata(predicted[use])
-    n_good, n_bad = int(good.sum()), int((~good).sum())
-    if n_good == 0 or n_bad == 0:
-        return float("nan")
-    return float((ranks[good].sum() - n_good * (n_good + 1) / 2) / (n_good * n_bad))
+    weights, good = counts[:, use], outcome[use] > 0.5
+    ranks = _mid_ranks(predicted[use], weights)
+    n_good, n_bad = weights[:, good].sum(axis=1), weights[:, ~good].sum(axis=1)
+    above = (weights[:, good] * ranks[:, good]).sum(axis=1) - n_good * (n_good + 1.0) / 2.0
+    pairs = n_good * n_bad
+    return np.where(pairs > 0.0, above / np.where(pairs > 0.0, pairs, 1.0), np.nan)
+
+
+def _mid_ranks(values: FloatArray, counts: FloatArray) -> FloatArray:
+    """Return each row's rank in each sample, equals sharing theirs, shape (r, n)."""
+    if not len(values):
+        return np.zeros(counts.shape)
+    _, which = np.unique(values, return_inverse=True)
+    order = np.argsort(which, kind="stable")
+    starts = np.flatnonzero(np.diff(which[order], prepend=-1))
+    sizes = np.add.reduceat(counts[:, order], starts, axis=1)
+    ranks: FloatArray = (np.cumsum(sizes, axis=1) - sizes + (sizes + 1.0) / 2.0)[:, which]
+    return ranks
+
+
+def once(score: Score, predicted: FloatArray, outcome: FloatArray) -> float:
+    """Return a score of the rows as they are."""
+    return float(score(predicted, outcome, np.ones((1, len(predicted))))[0])
 
 
 def bootstrapped(
@@ -48,21 +77,18 @@ def bootstrapped(
     """Return a score with its percentile interval over resampled objects, all grasps of each kept together.
 
     Args:
-        score: Of predictions and outcomes.
+        score: `rank_correlations` or `areas_under_curve`.
         predicted: Shape (n,).
         outcome: Shape (n,).
         objects: Object of each grasp, shape (n,).
         seed: Of the resampling.
     """
     names, which = np.unique(objects, return_inverse=True)
-    members = [np.flatnonzero(which == k) for k in range(len(names))]
-    rng = np.random.default_rng(seed)
-    values = []
-    for _ in range(RESAMPLES):
-        rows = np.concatenate([members[k] for k in rng.integers(len(names), size=len(names))])
-        values.append(score(predicted[rows], outcome[rows]))
-    known = np.array(values)[np.isfinite(values)]
-    value = score(predicted, outcome)
+    drawn = np.random.default_rng(seed).multinomial(
+        len(names), np.full(len(names), 1.0 / len(names)), size=RESAMPLES
+    )
+    values = score(predicted, outcome, drawn[:, which].astype(np.float64))
+    known, value = values[np.isfinite(values)], once(score, predicted, outcome)
     if len(known) == 0:
         return Interval(value, float("nan"), float("nan"), len(predicted))
     low, high = np.quantile(known, [(1.0 - CONFIDENCE) / 2, (1.0 + CONFIDENCE) / 2])
