@@ -28,7 +28,7 @@ class SweepProgress:
         self._started = self._said = time.monotonic()
         self._done = self._bad = 0
         self._last = time.perf_counter()
-        self._ticker = Ticker(self._waiting, live=False)
+        self._ticker = Ticker(self._waiting, live=False, first_s=_QUIET_S)
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),

@@ -37,10 +37,14 @@ class Ticker:
         activity: Returns what goes on just now; None for nothing that is worth a word. Called from
             another thread.
         live: Whether a terminal gets a line that changes; else it is told like a file, now and then.
+        first_s: Seconds after which it is mentioned first where there is no such line.
     """
 
-    def __init__(self, activity: Callable[[], Activity | None], live: bool = True) -> None:
+    def __init__(
+        self, activity: Callable[[], Activity | None], live: bool = True, first_s: float | None = None
+    ) -> None:
         self._activity = activity
+        self._first_s = _FIRST_S if first_s is None else first_s
         self.started = time.perf_counter()
         self._over = threading.Event()
         self._live = (
@@ -78,7 +82,7 @@ class Ticker:
             if activity is None:
                 continue
             if (activity.name, activity.since) != told:
-                told, due = (activity.name, activity.since), activity.since + _FIRST_S
+                told, due = (activity.name, activity.since), activity.since + self._first_s
             if now >= due:
                 due = now + _THEN_S
                 err.print(self._line())

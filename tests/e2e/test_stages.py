@@ -47,7 +47,7 @@ def test_the_global_search_tells_its_gap():
 
 
 def test_a_sweep_without_a_terminal_says_what_it_waits_for(capfd, monkeypatch):
-    monkeypatch.setattr(ticker, "_FIRST_S", 0.1)
+    monkeypatch.setattr(progress, "_QUIET_S", 0.1)
     monkeypatch.setattr(ticker, "_LOOK_S", 0.05)
     with SweepProgress(3, {}):
         time.sleep(0.3)
