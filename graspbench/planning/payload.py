@@ -21,7 +21,8 @@ def payload_n(
     """Return the largest weight (N) that fingertip forces carry, inside their cones and the joints' limits.
 
     The fingers' own weight counts as nothing, so it is an upper bound of what an execution can lift: no force
-    control carries more with these contacts.
+    control carries more with these contacts. Between two contacts the object may swing about the line through
+    them: no moment about that line is asked for.
 
     Args:
         hand: The hand.
@@ -34,15 +35,16 @@ def payload_n(
     """
     rotation = posture.transform_palm_to_world[:3, :3]
     jacobians = hand.tip_jacobians(posture.joints)
+    turns = _held_turns(points)
     wrenches, torques = [], []
     for point, normal, finger in zip(points, normals, posture.fingers, strict=True):
         edges = cone_edges(normal, friction)
         twist = torsion_m * np.outer(edges @ normal, normal)
         for sign in (-1.0, 1.0):
             moments = np.cross(point - centre, edges) + sign * twist
-            wrenches.append(np.hstack((edges, moments / _LENGTH_M)))
+            wrenches.append(np.hstack((edges, moments @ turns / _LENGTH_M)))
             torques.append(edges @ rotation @ jacobians[finger])
-    balance = np.column_stack((np.concatenate(wrenches).T, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+    balance = np.column_stack((np.concatenate(wrenches).T, [0.0, 0.0, -1.0, *np.zeros(turns.shape[1])]))
     efforts = np.column_stack((np.concatenate(torques).T, np.zeros(hand.n_joints)))
     limits = hand.effort_limits
     found = linprog(
@@ -50,9 +52,19 @@ def payload_n(
         A_ub=np.vstack((efforts, -efforts)),
         b_ub=np.concatenate((limits, limits)),
         A_eq=balance,
-        b_eq=np.zeros(6),
+        b_eq=np.zeros(len(balance)),
     )
     return 0.0 if found.status != 0 or found.fun is None else float(-found.fun)
+
+
+def _held_turns(points: FloatArray) -> FloatArray:
+    """Return the axes about which contacts have to hold an object, in columns."""
+    if len(points) != 2:
+        return np.eye(3)
+    line = points[1] - points[0]
+    across = np.cross(line, np.eye(3)[int(np.argmin(np.abs(line)))])
+    axes = np.column_stack((across, np.cross(line, across)))
+    return np.asarray(axes / np.linalg.norm(axes, axis=0))
 
 
 _LENGTH_M = 0.1

@@ -61,7 +61,7 @@ class ExecutionParameters:
             description="Objects are not lifted whose weight times this is more than joints and friction can "
             "carry with the planned grasp at best; 0: all are tried",
         ),
-    ] = 2.0
+    ] = 1.5
     steady_share: Annotated[
         float,
         Field(

@@ -9,6 +9,7 @@ from pathlib import Path
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import PlanningError, TrialError
 from graspbench.grasp import Grasp
+from graspbench.grasp.contact import WITH_TORSION
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
@@ -124,15 +125,16 @@ def _check_payload(config: TrialConfig, trial: PlannedTrial) -> None:
     lifts = config.execution.until not in ("off", "contact")
     if trial.scene is None or grasp.posture is None or not lifts or safety == 0.0:
         return
-    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+    quality, surface = config.quality, trial.surfaces[-1]
+    length_m = quality.torque_length_m(surface.points, surface.centroid)
     carried_n = payload_n(
         trial.hand,
         grasp.posture,
         grasp.points,
         -grasp.normals,
         grasp.centroid,
-        friction.coulomb,
-        friction.torsional_m,
+        quality.friction,
+        quality.torsion(length_m) * length_m if quality.contact in WITH_TORSION else 0.0,
     )
     mass_kg, limit_kg = trial.scene.model.mass_kg, carried_n / config.scene.gravity
     if limit_kg < safety * mass_kg:

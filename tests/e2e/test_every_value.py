@@ -77,9 +77,10 @@ def grids_of(options: dict[str, tuple[Any, ...]]) -> list[list[str]]:
     # They say what is planned: beyond the touch the physics is that of all trials.
     touch = ["execution.until=contact"] if "execution.until" in options else []
     alone = [
-        [f"{key}={_word(value)}", *WITH.get(key, touch)]
+        # Options of recording are no part of a trial's identity: the seed tells their trials apart.
+        [f"{key}={_word(value)}", *([*WITH[key], f"seed={seed}"] if key in WITH else touch)]
         for key in sorted(ALONE & set(options))
-        for value in options[key]
+        for seed, value in enumerate(options[key], 1)
     ]
     return [*grids, *alone]
 

@@ -20,7 +20,8 @@ def _stable(tree: Any) -> Any:
         return {
             key: _stable(value)
             for key, value in tree.items()
-            if key not in {"time_s", "times_s", "compiled", "provenance"} and not key.endswith("_time_s")
+            if key not in {"time_s", "times_s", "first_s", "best_s", "compiled", "provenance"}
+            and not key.endswith("_time_s")
         }
     return [_stable(item) for item in tree] if isinstance(tree, list) else tree
 

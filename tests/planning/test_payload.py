@@ -63,9 +63,18 @@ def test_contacts_that_are_not_closed_carry_nothing():
     assert payload_n(sliding_hand(2), posture(2), points, normals[[0, 0]], np.zeros(3), 0.5) < 1e-9
 
 
-def test_soft_fingers_carry_what_hangs_beside_the_line_between_two():
-    points, normals = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]]), np.array([[1.0, 0, 0], [-1.0, 0, 0]])
-    aside = np.array([0.0, 0.004, 0.0])
-    given = (sliding_hand(2), posture(2), points, normals, aside, 0.5)
+def test_an_object_between_two_contacts_may_swing_until_it_hangs():
+    points, normals = opposed()
+    beside = np.array([0.0, 0.004, 0.0])
+    carried = payload_n(sliding_hand(2), posture(2), points, normals, beside, 0.5)
+    assert carried == pytest.approx(2 * 0.5 * EFFORT, rel=0.03)
+    along = np.array([0.06, 0.0, 0.0])  # beyond a contact: no swing helps
+    assert payload_n(sliding_hand(2), posture(2), points, normals, along, 0.5) < carried - 0.1
+
+
+def test_soft_fingers_carry_what_hangs_beside_a_line_of_three():
+    points = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0], [0.03, 0.0, 0.0]])
+    normals = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    given = (sliding_hand(3), posture(3), points, normals, np.array([0.0, 0.004, 0.0]), 0.5)
     assert payload_n(*given) < 1e-6
     assert payload_n(*given, 0.004) > 1.0

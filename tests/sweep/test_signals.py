@@ -14,14 +14,19 @@ QUICK = (
 
 
 def _started(command: list[str]) -> subprocess.Popen[str]:
-    """Start a command as a terminal does: in a group of its own, Ctrl-C not ignored."""
+    """Start a command as a terminal does: in a group of its own, no signal ignored (as under nohup)."""
     return subprocess.Popen(
         command,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=_heed_signals,
     )
+
+
+def _heed_signals() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def _group_is_gone(group: int) -> bool:
