@@ -1,7 +1,6 @@
 """A planner at work: what it yields is checked, timed, and the best of it is the plan."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -9,6 +8,7 @@ from graspbench.errors import PlanningError
 from graspbench.grasp.closure import CLOSURE_TOLERANCE
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import GraspQuality
+from graspbench.planning.concurrent import TimedSurfaces
 from graspbench.planning.judge import NOT_CLOSED
 from graspbench.planning.local import LocalPlan
 from graspbench.planning.merit import quality_of
@@ -78,7 +78,7 @@ def plan_with(planner: Planner, problem: PlanningProblem) -> Plan:
     Raises:
         PlanningError: Nothing that it yielded is a grasp; the message says why.
     """
-    watched = _Watched(problem.surfaces)
+    watched = TimedSurfaces(problem.surfaces)
     problem = replace(problem, surfaces=watched, started_s=perf_counter())
     found: list[TimedGrasp] = []
     rejected: Counter[str] = Counter()
@@ -119,26 +119,6 @@ def plan_with(planner: Planner, problem: PlanningProblem) -> Plan:
         time_s=time_s,
         details=details,
     )
-
-
-class _Watched:
-    """Surfaces passed on; the last one is kept, and the time that they took to be made."""
-
-    def __init__(self, surfaces: Iterable[Surface]) -> None:
-        self._surfaces = surfaces
-        self.last: Surface | None = None
-        self.busy_s = 0.0
-
-    def __iter__(self) -> Iterator[Surface]:
-        source = iter(self._surfaces)
-        while True:
-            started = perf_counter()
-            surface = next(source, None)
-            self.busy_s += perf_counter() - started
-            if surface is None:
-                return
-            self.last = surface
-            yield surface
 
 
 def _checked(

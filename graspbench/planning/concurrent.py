@@ -17,12 +17,14 @@ class TimedSurfaces:
     Attributes:
         busy_s: Time spent on making surfaces.
         made: Number of surfaces made.
+        last: The latest surface made; None before the first.
     """
 
     def __init__(self, surfaces: Iterable[Surface]) -> None:
         self._surfaces = surfaces
         self.busy_s = 0.0
         self.made = 0
+        self.last: Surface | None = None
 
     def __iter__(self) -> Iterator[Surface]:
         source = iter(self._surfaces)
@@ -33,6 +35,7 @@ class TimedSurfaces:
             if surface is None:
                 return
             self.made += 1
+            self.last = surface
             yield surface
 
 

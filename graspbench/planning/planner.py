@@ -6,7 +6,7 @@ point group ``graspbench.planner``. `Planner` is all that is asked of it. The mo
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
@@ -123,8 +123,6 @@ class Planner(Protocol):
 
 PLANNERS: Registry[Any] = Registry("planner", "graspbench.planning.planners")
 """All planners by name; other distributions add theirs by the entry point group ``graspbench.planner``."""
-
-MakePlanner = Callable[[AnyPlannerParameters], Planner]
 
 
 def make_planner(name: str, parameters: AnyPlannerParameters) -> Planner:

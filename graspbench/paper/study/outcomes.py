@@ -15,11 +15,6 @@ def weakest_force(frame: pd.DataFrame) -> FloatArray:
     return np.array([np.min(each) for each in frame["forces_weight"]], dtype=np.float64)
 
 
-def mean_force(frame: pd.DataFrame) -> FloatArray:
-    """Return the force resisted, mean over the directions, multiples of the weight, shape (n,)."""
-    return np.array([np.mean(each) for each in frame["forces_weight"]], dtype=np.float64)
-
-
 def weakest_torque(frame: pd.DataFrame) -> FloatArray:
     """Return the torque resisted about the weakest axis, multiples of weight times lever, shape (n,)."""
     return np.array([np.min(each) for each in frame["torques_weight"]], dtype=np.float64)
