@@ -20,7 +20,9 @@ def simplify(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArra
     size = float((vertices.max(axis=0) - vertices.min(axis=0)).max())
     # What is far finer than wanted is far rougher, too, than a first step of so little could smooth.
     tolerance, effort, used = 1e-4 * size * max(1.0, len(faces) / 100_000), 0, 0.0
-    while not solid.is_empty() and (count := solid.num_tri()) > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size:
+    while (
+        not solid.is_empty() and (count := solid.num_tri()) > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size
+    ):
         if (effort := effort + count) > 3 * len(faces) + 1_000_000:
             break  # so rough that a millimetre's tolerance would not help: it would take minutes
         solid, used = solid.simplify(tolerance), tolerance

@@ -59,6 +59,9 @@ class PlannedResult(Part):
         Number | None,
         About("Mean distance of the contacts over all pairs of them", empty="fewer than two were found"),
     ]
+    for_weight: Annotated[
+        bool, About("Whether it was planned again, because the first grasp was too weak for the object")
+    ] = False
 
 
 @dataclass(frozen=True)

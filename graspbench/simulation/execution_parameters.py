@@ -58,8 +58,9 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="Objects are not lifted whose weight times this is more than joints and friction can "
-            "carry with the planned grasp at best; 0: all are tried",
+            description="Objects whose weight times this is more than joints and friction can carry with the "
+            "planned grasp at best are planned for again, and not lifted when no grasp carries them; 0: all "
+            "are tried as planned",
         ),
     ] = 1.5
     steady_share: Annotated[

@@ -57,7 +57,7 @@ def local_result(
     return found
 
 
-def planned_result(name: str, plan: Plan) -> PlannedResult:
+def planned_result(name: str, plan: Plan, *, for_weight: bool = False) -> PlannedResult:
     """Return which planner planned, and when its grasps came."""
     diversity = diversity_m([timed.found.grasp.points for timed in plan.found])
     return PlannedResult(
@@ -66,6 +66,7 @@ def planned_result(name: str, plan: Plan) -> PlannedResult:
         first_s=plan.first_s,
         best_s=plan.best_s,
         diversity_mm=None if diversity is None else 1e3 * diversity,
+        for_weight=for_weight,
     )
 
 

@@ -63,6 +63,7 @@ class PlannedTrial:
         silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
         plan: What the planner found.
+        for_weight: Whether that was not its first grasp, which was too weak for the object.
     """
 
     name: str
@@ -73,6 +74,7 @@ class PlannedTrial:
     silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
     plan: Plan
+    for_weight: bool = False
 
 
 @dataclass

@@ -52,6 +52,16 @@ def test_what_is_too_heavy_is_refused_with_both_masses_and_a_look_at_it(cli, tmp
     assert {path.name for path in folder.glob("*.png")} == {"views.png", "surface.png"}
 
 
+def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp_path):
+    # The grasp that the index likes best carries 1.3 kg, and 1.5 times the weight is wanted.
+    finished = cli("run", *CHEAP, "execution=default", "object.mass_kg=1.0", "-o", tmp_path, "--json")
+    light = cli("run", *CHEAP, "-o", tmp_path, "--json")
+    assert finished.document["success"] is True
+    assert finished.document["planned"]["for_weight"] is True
+    assert light.document["planned"]["for_weight"] is False
+    assert finished.document["local"]["score"] < light.document["local"]["score"]
+
+
 def test_an_object_that_is_lost_leaves_a_picture_of_it(cli, tmp_path):
     slippery = (*CHEAP, "execution=default", "execution.friction=0.02", "record.pictures=true")
     finished = cli("run", *slippery, "-o", tmp_path, "--json")
