@@ -70,7 +70,14 @@ def run_grasp(
         best = _plan_global(config, trial, restarted, refined, clock)
         paths, motion = clock.run(
             "paths",
-            partial(clear_approach, trial.plan.history, trial.surfaces[-1], trial.hand, config.planner),
+            partial(
+                clear_approach,
+                trial.plan.history,
+                trial.surfaces[-1],
+                trial.hand,
+                config.planner,
+                trial.checker.ground_height_m,
+            ),
         )
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
