@@ -63,6 +63,14 @@ class ExecutionParameters:
             "are tried as planned",
         ),
     ] = 1.5
+    strengthen_below_q3: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="A grasp whose Q3 is smaller climbs it before it is executed, as far as the hand "
+            "holds it; 0: every grasp is executed as planned",
+        ),
+    ] = 0.2
     steady_share: Annotated[
         float,
         Field(

@@ -39,9 +39,10 @@ from graspbench.trial.outcome import (
     reconstruction_result,
     refined_results,
     restarted_result,
+    strengthened_result,
 )
 from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
-from graspbench.trial.weight import planned_for_weight
+from graspbench.trial.strengthening import strengthened
 
 
 def run_grasp(
@@ -62,7 +63,7 @@ def run_grasp(
     """
     evidence = Evidence()
     with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
-        trial = planned_for_weight(config, trial, clock)
+        trial = strengthened(config, trial, clock)
         with clock.stage("record"):
             _record_plan(log, trial)
         restarted = _restart(config, trial, clock)
@@ -72,7 +73,7 @@ def run_grasp(
             "paths",
             partial(
                 clear_approach,
-                trial.plan.history,
+                trial.executed.history,
                 trial.surfaces[-1],
                 trial.hand,
                 config.planner,
@@ -212,7 +213,7 @@ def _execute(
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
         return execute_grasp(
-            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+            trial.scene.world, trial.hand, trial.executed.grasp, motion, config.execution, friction
         )
 
 
@@ -231,7 +232,8 @@ def _result(
         started,
         success=None if execution is None else execution.success,
         object=object_result(trial),
-        planned=planned_result(config.planner_name, trial.plan, for_weight=trial.for_weight),
+        planned=planned_result(config.planner_name, trial.plan),
+        strengthened=strengthened_result(trial, quality),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
@@ -249,6 +251,8 @@ def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
     for surface in trial.surfaces:
         log.surface(surface)
     log.grasp(trial.plan.grasp, "local")
+    if trial.strengthened is not None:
+        log.grasp(trial.strengthened.grasp, "strengthened")
 
 
 def _record_paths(

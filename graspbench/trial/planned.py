@@ -33,6 +33,7 @@ from graspbench.trial.clock import StageClock
 if TYPE_CHECKING:
     from graspbench.simulation import World
     from graspbench.simulation.execution_result import Motion
+    from graspbench.trial.strengthening import Strengthened
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class PlannedTrial:
         silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
         plan: What the planner found.
-        for_weight: Whether that was not its first grasp, which was too weak for the object.
+        strengthened: What is executed in place of the plan's grasp; None where that is executed.
     """
 
     name: str
@@ -74,7 +75,12 @@ class PlannedTrial:
     silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
     plan: Plan
-    for_weight: bool = False
+    strengthened: "Strengthened | None" = None
+
+    @property
+    def executed(self) -> "Plan | Strengthened":
+        """Whose grasp and history are executed."""
+        return self.plan if self.strengthened is None else self.strengthened
 
 
 @dataclass
