@@ -157,7 +157,7 @@ def _new_folder(parent: Path) -> Path:
     """Make a folder for the jobs of this sweep alone, under a name that nobody could foresee.
 
     submitit hands jobs their work as pickles, which are programs, in files named by the jobs' numbers, and a
-    job that starts at once reads what is there. In a results folder that came from somebody, that may be theirs.
+    job that starts at once reads what is there: in a results folder that came from somebody, maybe theirs.
     """
     with writable(parent):
         parent.mkdir(parents=True, exist_ok=True)
