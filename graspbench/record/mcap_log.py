@@ -120,18 +120,48 @@ class TrialLog:
             return
         found = {silhouette.station: silhouette for silhouette in silhouettes}
         for view in views:
-            t, camera = self._time_ns, view.camera
-            pose = messages.frame_transform(t, "world", "camera", camera.transform_camera_to_world)
-            self._put("/tf", FrameTransforms(transforms=[pose]))
-            self._put("/camera/calibration", messages.camera_calibration(t, camera))
-            image = messages.compressed_image(
-                t, view.image, self.parameters.image_format, self.parameters.jpeg_quality
-            )
-            self._put("/camera/image", image)
-            if view.station in found:
-                self._silhouette(found[view.station])
-            self.message(f"view from station {view.station}", level="debug", stage="perception")
+            self._view(view, found.get(view.station))
             self._advance(self.VIEW_S)
+
+    def followed_views(
+        self,
+        views: Sequence[View],
+        silhouettes: Sequence[Silhouette],
+        true_poses: Sequence[FloatArray],
+        estimated_poses: Sequence[FloatArray],
+    ) -> None:
+        """Log views of a moving object at the times at which they were taken.
+
+        Args:
+            views: Each with its time, ascending.
+            silhouettes: Their silhouettes.
+            true_poses: Where the object truly was, shape (4, 4) each.
+            estimated_poses: Where the estimated motion carries the object's centre, shape (4, 4) each.
+        """
+        found = {silhouette.station: silhouette for silhouette in silhouettes}
+        start, first = self._time_ns, views[0].time_s or 0.0
+        for view, true_pose, estimated in zip(views, true_poses, estimated_poses, strict=True):
+            self._time_ns = start + round(((view.time_s or 0.0) - first) * 1e9)
+            self.object_pose(true_pose)
+            transform = messages.frame_transform(self._time_ns, "world", "object_estimated", estimated)
+            self._put("/tf", FrameTransforms(transforms=[transform]))
+            if keeps(self.parameters.level, "/camera/image"):
+                self._view(view, found.get(view.station))
+        self._advance(self.VIEW_S)
+
+    def _view(self, view: View, silhouette: Silhouette | None) -> None:
+        """Log a view now, with its silhouette if there is one."""
+        t, camera = self._time_ns, view.camera
+        pose = messages.frame_transform(t, "world", "camera", camera.transform_camera_to_world)
+        self._put("/tf", FrameTransforms(transforms=[pose]))
+        self._put("/camera/calibration", messages.camera_calibration(t, camera))
+        image = messages.compressed_image(
+            t, view.image, self.parameters.image_format, self.parameters.jpeg_quality
+        )
+        self._put("/camera/image", image)
+        if silhouette is not None:
+            self._silhouette(silhouette)
+        self.message(f"view from station {view.station}", level="debug", stage="perception")
 
     def object_pose(self, transform_object_to_world: FloatArray) -> None:
         """Log where the object truly is."""

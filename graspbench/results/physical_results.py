@@ -70,6 +70,41 @@ class ExecutedResult(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class MovingResult(Part):
+    """How the object moved while it was looked at, and how well that was known from the images alone."""
+
+    motion: Annotated[str, About("What carried the object: conveyor, turntable or drift")]
+    images: Annotated[int, About("Time-stamped images taken, wide views included")]
+    duration_s: Annotated[Number, About("From the first image to the last")]
+    varies: Annotated[bool, About("Whether the estimated twist varies with time")]
+    speed_m_s: Annotated[Number, About("Estimated speed of the centre at the reference time", unit="m/s")]
+    true_speed_m_s: Annotated[Number, About("True speed of the same point", unit="m/s")]
+    velocity_error_m_s: Annotated[Number, About("Length of the velocity's error", unit="m/s")]
+    yaw_rate_deg_s: Annotated[Number, About("Estimated yaw rate at the reference time", unit="deg/s")]
+    true_yaw_rate_deg_s: Annotated[Number, About("True yaw rate then", unit="deg/s")]
+    yaw_rate_error_deg_s: Annotated[
+        Number, About("Error of the yaw rate; that of a body of revolution cannot be seen", unit="deg/s")
+    ]
+    coherence_rms_mm: Annotated[
+        Number, About("By how far outline rays miss the hull of the other silhouettes, root mean square")
+    ]
+    path_error_max_mm: Annotated[
+        Number, About("Farthest that the centre was from the estimate in any image, since the reference time")
+    ]
+    path_error_max_deg: Annotated[Number, About("Largest error of the orientation in any image, likewise")]
+    start_error_mm: Annotated[
+        Number | None,
+        About("How far the centre was from the prediction when the hand began to move", empty=_NOT_REACHED),
+    ] = None
+    start_error_deg: Annotated[
+        Number | None, About("Error of the predicted orientation then", empty=_NOT_REACHED)
+    ] = None
+    transform_object_to_world: Annotated[
+        tuple[tuple[Number, ...], ...], About("True pose of the object at the reference time, shape (4, 4)")
+    ] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class ManipulationSummary(Part):
     """What came of an in-hand motion, kinematically."""
 

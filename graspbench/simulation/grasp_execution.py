@@ -11,6 +11,7 @@ from graspbench.simulation.approach import Approach
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 from graspbench.simulation.grip import Grip
+from graspbench.simulation.ride import Ride
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
 from graspbench.simulation.tip_friction import TipFriction
@@ -26,6 +27,7 @@ def execute_grasp(
     path: JointPath,
     parameters: ExecutionParameters,
     friction: TipFriction,
+    ride: Ride | None = None,
 ) -> ExecutionResult:
     """Execute a planned grasp on the object in the world.
 
@@ -40,18 +42,19 @@ def execute_grasp(
         path: The planned motion.
         parameters: How to execute.
         friction: Between fingertips and object.
+        ride: How the object moves, as far as the hand knows; None for one at rest.
 
     Raises:
         SimulationError: The simulation diverged.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, path, parameters, friction)
-    start = world.object_pose()
+    stage = Stage(world, hand, path, parameters, friction, ride=ride)
+    start = stage.object_pose()
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
     tip_error = approach.follow(path)
     approach.close()
-    reached = world.object_pose()
+    reached = stage.object_pose()
     displacement = float(np.linalg.norm(reached[:3, 3] - start[:3, 3]))
     made = sum(np.isfinite(approach.contact_time_s[f]) for f in fingers)
     reason = None if made == len(fingers) else f"only {made} of {len(fingers)} fingers touched the object"
@@ -67,7 +70,7 @@ def execute_grasp(
         contacts_made=int(made),
         contact_time_s=tuple(float(approach.contact_time_s[f]) for f in fingers),
         contact_error_m=tuple(
-            float(np.linalg.norm(approach.touch[f].point - point)) if f in approach.touch else np.nan
+            float(np.linalg.norm(approach.place[f] - point)) if f in approach.place else np.nan
             for f, point in zip(fingers, grasp.points, strict=True)
         ),
         tip_error_max_m=tip_error,
@@ -117,7 +120,10 @@ def _hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[
     pushes = twists = None
     if grip.squeeze():
         plan = stage.phases()
-        held = all(grip.move(phase) for phase in plan.carrying)
+        lift, *others = plan.carrying
+        held = grip.move(lift)
+        stage.halt()
+        held = held and all(grip.move(phase) for phase in others)
         if held and plan.pushes:
             pushes = tuple(grip.push(direction) for direction in _PUSHES)
             if stage.parameters.twist_limit_nm > 0.0:

@@ -235,8 +235,9 @@ def _execute(
         return None
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        ride = None if trial.followed is None else trial.followed.begin()
         return execute_grasp(
-            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction, ride
         )
 
 
@@ -261,13 +262,23 @@ def _result(
         global_=optima,
         ratio=ratios(local, optima),
         refined=refined_results(refined),
+        moving=None if trial.followed is None else trial.followed.result(config.scene.motion),
         reconstruction=reconstruction_result(trial),
         execution=None if execution is None else execution_result(execution),
     )
 
 
 def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
-    log.views(trial.views, trial.silhouettes)
+    if trial.followed is not None:
+        followed = trial.followed
+        log.followed_views(
+            followed.capture.tracked.views,
+            trial.silhouettes,
+            [followed.capture.true_pose(view.time_s or 0.0) for view in trial.views],
+            [followed.estimated_pose(view.time_s or 0.0) for view in trial.views],
+        )
+    else:
+        log.views(trial.views, trial.silhouettes)
     if trial.scene is not None:
         log.object_pose(trial.scene.transform_object_to_world)
     for surface in trial.surfaces:
