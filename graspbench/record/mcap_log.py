@@ -36,6 +36,7 @@ CENTROID: messages.Rgba = (0.10, 0.10, 0.10, 1.0)
 FLOATING: messages.Rgba = (0.98, 0.80, 0.10, 1.0)
 APPROACH: messages.Rgba = (0.15, 0.65, 0.30, 1.0)
 GRASP: messages.Rgba = (0.85, 0.10, 0.15, 1.0)
+FELT: messages.Rgba = (0.20, 0.35, 0.90, 1.0)
 HAND: messages.Rgba = (0.35, 0.38, 0.42, 0.9)
 OUTLINE: messages.Rgba = (0.10, 0.85, 0.35, 1.0)
 BOX: messages.Rgba = (1.0, 0.75, 0.10, 1.0)
@@ -201,6 +202,12 @@ class TrialLog:
             palm = grasp.posture.transform_palm_to_world
             transform = messages.frame_transform(self._time_ns, "world", f"palm/{name}", palm)
             self._put("/tf", FrameTransforms(transforms=[transform]))
+        self._end_chunk()
+
+    def felt(self, points: FloatArray) -> None:
+        """Log points that exploring touches felt, shape (n, 3), world frame."""
+        spheres = [messages.sphere(point, 0.004, FELT) for point in points]
+        self._put("/grasp", messages.scene(self._time_ns, "felt", spheres=spheres))
         self._end_chunk()
 
     def paths(self, paths: Iterable[FingertipPath]) -> None:

@@ -24,6 +24,32 @@ class PhaseResult(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TouchResult(Part):
+    """What exploring touches found before the grasp, and what was true."""
+
+    touches: Annotated[int, About("Touches that met the object")]
+    tried: Annotated[int, About("Touches that were tried")]
+    time_s: Annotated[Number, About("Simulated time that they took")]
+    shift_mm: Annotated[Number, About("How far the object was found from where it was seen, at its centroid")]
+    turn_deg: Annotated[Number, About("By how much it was found turned about the vertical")]
+    expected_before_mm: Annotated[Number, About("Expected error of a contact's place before the touches")]
+    expected_after_mm: Annotated[Number, About("The same after them")]
+    pose_error_before_mm: Annotated[
+        Number, About("True error of the centroid's place when the touches began")
+    ]
+    pose_error_after_mm: Annotated[Number, About("The same after the touches' correction")]
+    turn_error_before_deg: Annotated[Number, About("True error of the orientation when the touches began")]
+    turn_error_after_deg: Annotated[Number, About("The same after the touches' correction")]
+    felt_error_before_mm: Annotated[
+        Number | None,
+        About("Mean distance from the object of the surface's nodes near felt points, pose left out"),
+    ] = None
+    felt_error_after_mm: Annotated[
+        Number | None, About("The same of the surface that the touches corrected")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ExecutedResult(Part):
     """What came of the planned grasp in the simulated world."""
 
@@ -59,6 +85,17 @@ class ExecutedResult(Part):
     ] = None
     largest_push_weight: Annotated[
         Number | None, About("Push resisted in the weakest direction", empty="no pushes were asked for")
+    ] = None
+    true_q3: Annotated[
+        Number | None,
+        About(
+            "Largest ball in the wrench space of the contacts that were really made, the object's true "
+            "normals and centre of mass taken; 0 if they are no force closure",
+            empty="a finger did not touch; older result",
+        ),
+    ] = None
+    touch: Annotated[
+        TouchResult | None, About("Exploring touches before the grasp", empty="execution.touch is off")
     ] = None
     twists_nm: Annotated[
         tuple[Number, ...] | None,

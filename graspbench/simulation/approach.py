@@ -37,8 +37,17 @@ class Approach:
         self._goal = np.empty(0)
         self._palm = np.eye(4)
 
-    def follow(self, path: JointPath) -> float:
-        """Play the path; return the largest distance of a free fingertip from it."""
+    def use(self, grasp: Grasp) -> None:
+        """Close along another grasp's normals; its contacts are those of the same fingers."""
+        self._grasp = grasp
+
+    def follow(self, path: JointPath, *, arriving: bool = True) -> float:
+        """Play the path; return the largest distance of a free fingertip from it.
+
+        Args:
+            path: The planned motion, or a part of it.
+            arriving: Whether it ends on the contacts; else no touch is expected.
+        """
         stage, dt = self._stage, self._stage.time_step_s
         times = np.asarray(path.times)
         steps = max(1, round(float(times[-1]) / dt))
@@ -55,7 +64,7 @@ class Approach:
                 count, next_look = 1 if stage.hand.is_near_object(_NEAR_M) else stride, k + look
                 planned = self._tips(wanted[k], palms[k])
                 worst = max(worst, self._tip_error(planned))
-                self._arriving = np.linalg.norm(planned - ends, axis=1) < _ARRIVAL_M
+                self._arriving = arriving & (np.linalg.norm(planned - ends, axis=1) < _ARRIVAL_M)
             count = min(count, steps - k)
             k += count
             self._palm = palms[k]
@@ -63,7 +72,7 @@ class Approach:
             self._drive(wanted[k], count * dt)
             stage.step(count)
             self._feel()
-        self._arriving[:] = True
+        self._arriving[:] = arriving
         return worst
 
     def close(self) -> None:

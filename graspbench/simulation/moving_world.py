@@ -143,8 +143,7 @@ class MovingWorld(World):
         state = pybullet.getLinkState(
             self.table_id, 2, computeForwardKinematics=True, physicsClientId=self.client
         )
-        to_table: FloatArray = np.linalg.inv(pose_of(state[4], state[5]) @ self._mark)
-        return to_table
+        return np.asarray(np.linalg.inv(pose_of(state[4], state[5]) @ self._mark), dtype=np.float64)
 
     def _drive(self, speeds: tuple[float, ...]) -> None:
         pybullet.setJointMotorControlArray(

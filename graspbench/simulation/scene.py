@@ -70,6 +70,19 @@ class SceneParameters:
         default_factory=TravelParameters
     )
 
+    unseen_shift_mm: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=100,
+            description="How far the object is shifted after it was seen, where the seed points to, mm",
+        ),
+    ] = 0.0
+    unseen_turn_deg: Annotated[
+        float,
+        Field(ge=0, le=180, description="How far it is turned about the vertical then, either way, deg"),
+    ] = 0.0
+
     x_m: Annotated[
         float,
         Field(description="Where the object is put, world x, m; one that moves passes there halfway"),

@@ -23,6 +23,7 @@ _SAMPLE_S = 0.02
 _CONTACT_BREAKING_M = 0.002
 _FREE_ITERATIONS = 15
 _HALT_S = 0.5
+_NO_CORRECTION: FloatArray | None = None
 _CLOSING_S = 0.25
 """About the time from the end of the path to the last touch."""
 
@@ -74,7 +75,7 @@ class Stage:
         plan: PhasePlanner = plan_phases,
         ride: Ride | None = None,
     ) -> None:
-        self._ride = ride
+        self._ride, self._correction = ride, _NO_CORRECTION
         self.world, self.model, self.parameters, self.friction = world, hand, parameters, friction
         self.time_step_s = parameters.time_step_s
         self.steps = 0
@@ -102,17 +103,19 @@ class Stage:
 
     def carried(self, planned: FloatArray, ahead_s: float = 0.0) -> FloatArray:
         """Return where a planned pose, shape (4, 4), is in the world now or in a moment."""
-        if self._ride is None:
-            return planned
-        pose: FloatArray = self._ride.displacement(self.time_s + ahead_s) @ planned
-        return pose
+        if self._correction is not None:
+            planned = self._correction @ planned
+        return planned if self._ride is None else self._ride.displacement(self.time_s + ahead_s) @ planned
 
     def as_planned(self, pose: FloatArray) -> FloatArray:
         """Return a pose in the world now, shape (4, 4), as seen from where things are planned."""
-        if self._ride is None:
-            return pose
-        seen: FloatArray = np.linalg.inv(self._ride.displacement(self.time_s)) @ pose
-        return seen
+        if self._ride is not None:
+            pose = np.linalg.inv(self._ride.displacement(self.time_s)) @ pose
+        return pose if self._correction is None else np.linalg.inv(self._correction) @ pose
+
+    def correct(self, transform: FloatArray) -> None:
+        """Take all that is planned to be elsewhere from now on, shape (4, 4): so was the object found."""
+        self._correction = transform
 
     def object_pose(self) -> FloatArray:
         """Return the object's pose as seen from where things are planned, shape (4, 4)."""
