@@ -99,8 +99,9 @@ def _near_felt(
     pose = found.belief.transform
     places = (found.felt - pose[:3, 3]) @ pose[:3, :3]
     distance, _ = cKDTree(places).query(surface.points)
-    near, seen = distance < _NEAR_M, scene.transform_object_to_world
-    if not near.any():
+    near = np.flatnonzero(distance < _NEAR_M)
+    seen = scene.transform_object_to_world
+    if not len(near):
         return None, None
     errors = [
         1e3

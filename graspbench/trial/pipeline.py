@@ -29,7 +29,8 @@ from graspbench.record import TrialLog
 from graspbench.results.physical_results import ExecutedResult
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.execution_result import ExecutionResult
-from graspbench.simulation.grasp_execution import FeltParts, execute_grasp
+from graspbench.simulation.exploration import FeltParts
+from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
 from graspbench.trial.felt import felt_result, shift_unseen, true_q3
