@@ -1,9 +1,11 @@
 """How a planned grasp is executed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
+
+from graspbench.simulation.touch_parameters import TouchParameters
 
 
 @dataclass(frozen=True)
@@ -126,3 +128,6 @@ class ExecutionParameters:
         float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
     ] = 4.0
     shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0
+    touch: Annotated[TouchParameters, Field(description="Exploring touches before the grasp")] = field(
+        default_factory=TouchParameters
+    )

@@ -24,11 +24,14 @@ from graspbench.planning import (
     refine,
 )
 from graspbench.record import TrialLog
+from graspbench.results.physical_results import ExecutedResult
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.exploration import FeltParts
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
+from graspbench.trial.felt import felt_result, shift_unseen, true_q3
 from graspbench.trial.outcome import (
     execution_result,
     global_results,
@@ -89,6 +92,8 @@ def run_grasp(
     )
     with clock.stage("record"):
         if execution is not None:
+            if execution.explored is not None:
+                log.felt(execution.explored.felt)
             log.motion(trial.hand.joint_names, execution.motion)
         log.scores(_scores(result))
     if folder is not None and execution is not None:
@@ -212,8 +217,17 @@ def _execute(
         return None
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        ride = None if trial.followed is None else trial.followed.begin()
+        shift_unseen(trial.scene.world, config.scene, config.seed)
         return execute_grasp(
-            trial.scene.world, trial.hand, trial.executed.grasp, motion, config.execution, friction
+            trial.scene.world,
+            trial.hand,
+            trial.executed.grasp,
+            motion,
+            config.execution,
+            friction,
+            ride,
+            FeltParts(trial.surfaces[-1], motion.closing),
         )
 
 
@@ -239,13 +253,33 @@ def _result(
         global_=optima,
         ratio=ratios(local, optima),
         refined=refined_results(refined),
+        moving=None if trial.followed is None else trial.followed.result(config.scene.motion),
         reconstruction=reconstruction_result(trial),
-        execution=None if execution is None else execution_result(execution),
+        execution=None if execution is None else _executed(config, trial, execution),
+    )
+
+
+def _executed(config: TrialConfig, trial: PlannedTrial, execution: ExecutionResult) -> ExecutedResult:
+    """Return what came of the execution, with what was felt and how good the real contacts were."""
+    assert trial.scene is not None, "what was executed was simulated"
+    return dataclasses.replace(
+        execution_result(execution),
+        true_q3=true_q3(trial.scene.model, execution, config.quality, trial.surfaces[-1]),
+        touch=felt_result(trial.scene, trial.surfaces[-1], execution),
     )
 
 
 def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
-    log.views(trial.views, trial.silhouettes)
+    if trial.followed is not None:
+        followed = trial.followed
+        log.followed_views(
+            followed.capture.tracked.views,
+            trial.silhouettes,
+            [followed.capture.true_pose(view.time_s or 0.0) for view in trial.views],
+            [followed.estimated_pose(view.time_s or 0.0) for view in trial.views],
+        )
+    else:
+        log.views(trial.views, trial.silhouettes)
     if trial.scene is not None:
         log.object_pose(trial.scene.transform_object_to_world)
     for surface in trial.surfaces:
