@@ -65,14 +65,15 @@ class ExecutionParameters:
             "are tried as planned",
         ),
     ] = 1.5
-    strengthen_below_q3: Annotated[
+    strengthen_below: Annotated[
         float,
         Field(
             ge=0,
-            description="A grasp whose Q3 is smaller climbs it before it is executed, as far as the hand "
-            "holds it; 0: every grasp is executed as planned",
+            lt=1,
+            description="A grasp whose contacts keep a smaller share of their friction when the fingers "
+            "squeeze climbs Q3 before it is executed; 0: every grasp is executed as planned",
         ),
-    ] = 0.2
+    ] = 0.45
     steady_share: Annotated[
         float,
         Field(
