@@ -1,7 +1,7 @@
 """A stronger grasp in place of the planned one, where that would hardly hold.
 
 The planner sees no mass and climbs an index that knows no friction, so its grasp may be too weak for the
-object's weight, or keeps its contacts only just. Before such a grasp is executed the planner plans again for a
+object's weight, or keep its contacts only just. Before such a grasp is executed the planner plans again for a
 hand that carries the object, and the grasp climbs Q3 under the hand's constraints. The planner's own grasp
 stays what it is in every comparison of planners.
 """
