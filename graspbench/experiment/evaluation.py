@@ -12,9 +12,10 @@ from graspbench.config.engine import check_jobs
 from graspbench.config.protocols import EvaluationParameters, load_evaluation, split_evaluation
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import GraspbenchError
-from graspbench.evaluation.faults import combined_reading, find_fault, refuse_fault
+from graspbench.evaluation.faults import find_fault, refuse_fault
 from graspbench.evaluation.formats.format import FormatContext, format_of, read_grasps
 from graspbench.evaluation.grasp_record import GraspRecord
+from graspbench.evaluation.other_readings import combined_reading
 from graspbench.evaluation.table import kendall_between
 from graspbench.experiment.evaluation_table import protocol_table
 from graspbench.experiment.evaluation_work import evaluate_work, in_processes, split_work
