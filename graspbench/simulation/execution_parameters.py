@@ -1,9 +1,11 @@
 """How a planned grasp is executed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
+
+from graspbench.simulation.touch_parameters import TouchParameters
 
 
 @dataclass(frozen=True)
@@ -58,10 +60,19 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="Objects are not lifted whose weight times this is more than joints and friction can "
-            "carry with the planned grasp at best; 0: all are tried",
+            description="Objects whose weight times this is more than joints and friction can carry with the "
+            "planned grasp at best are planned for again, and not lifted when no grasp carries them; 0: all "
+            "are tried as planned",
         ),
     ] = 1.5
+    strengthen_below_q3: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="A grasp whose Q3 is smaller climbs it before it is executed, as far as the hand "
+            "holds it; 0: every grasp is executed as planned",
+        ),
+    ] = 0.2
     steady_share: Annotated[
         float,
         Field(
@@ -117,3 +128,6 @@ class ExecutionParameters:
         float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
     ] = 4.0
     shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0
+    touch: Annotated[TouchParameters, Field(description="Exploring touches before the grasp")] = field(
+        default_factory=TouchParameters
+    )

@@ -1,8 +1,12 @@
 """What came of a planned grasp in physics."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from graspbench.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from graspbench.simulation.exploration import Exploration
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,9 @@ class ExecutionResult:
         twists_nm: Largest torque resisted about the same axes; None if not asked for.
         time_s: Simulated time.
         motion: Samples for the record.
+        explored: What exploring touches found; None without any.
+        contacts: Where each finger touched first and the normal there, INTO the object, in the object's frame
+            after the last touch, shape (n_f, 2, 3); None unless all did.
     """
 
     success: bool
@@ -94,6 +101,8 @@ class ExecutionResult:
     twists_nm: tuple[float, ...] | None
     time_s: float
     motion: Motion
+    explored: "Exploration | None" = None
+    contacts: FloatArray | None = None
 
     @property
     def largest_push_weight(self) -> float | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import SimulationError
+from graspbench.errors import ConfigurationError, SimulationError
 from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.bullet_exchange import pose_of, quaternion_of, write_obj
@@ -98,6 +98,9 @@ class ObjectWorld:
         )
         pybullet.resetBaseVelocity(self.object_id, [0.0] * 3, [0.0] * 3, physicsClientId=self.client)
 
+    def carry(self, time_s: float) -> None:
+        """Let what carries the object go on for the time of the next step; a table at rest does nothing."""
+
     def _surround(self) -> None:
         """Set up what is there before the object: in a world of the object alone, nothing."""
 
@@ -153,6 +156,8 @@ class World(ObjectWorld):
         seed: Draws the object's yaw when the scene leaves it open.
 
     Attributes:
+        moves: Whether the table moves.
+        time_s: Time since it does.
         table_id: Body of the table top, an infinite plane.
         transform_object_to_world: Pose of the object's own frame at rest, shape (4, 4).
 
@@ -160,7 +165,15 @@ class World(ObjectWorld):
         SimulationError: The object does not come to rest, or PyBullet cannot build it.
     """
 
+    moves = False
+    time_s = 0.0
+
     def __init__(self, object_model: "ObjectModel", scene: SceneParameters, seed: int = 0) -> None:
+        if scene.motion != "none" and not self.moves:
+            raise ConfigurationError(
+                f"scene.motion = {scene.motion} cannot be used here: this looks at an object at rest",
+                remedy="leave it out, or use run, sweep or report",
+            )
         self.scene = scene
         super().__init__(object_model, _start_pose(object_model, scene, seed))
         try:
@@ -169,6 +182,11 @@ class World(ObjectWorld):
         except BaseException:
             self.close()
             raise
+
+    @property
+    def to_table(self) -> FloatArray:
+        """The transform from the world to the table's frame, shape (4, 4): what is drawn is drawn there."""
+        return np.eye(4)
 
     def _surround(self) -> None:
         pybullet.setGravity(0, 0, -self.scene.gravity, physicsClientId=self.client)
