@@ -121,7 +121,7 @@ class Explorer:
             tried += 1
             self._move(chosen.turn)
             touch = self._feel(chosen)
-            places.append(_moved(np.linalg.inv(belief.transform), chosen.place))
+            places.append(_back(belief.transform, chosen.place))
             if touch is None:
                 continue
             felt = np.vstack((felt, self._tip_contact(touch)))
@@ -167,7 +167,7 @@ class Explorer:
                 turn[2, 3] += lift_m
                 candidates += self._candidates(turn, points, normals)
         # The belief is told of the surface as vision saw it.
-        left = [(c, _moved(np.linalg.inv(pose), c.place)) for c in candidates]
+        left = [(c, _back(pose, c.place)) for c in candidates]
         left = [(c, at) for c, at in left if all(np.linalg.norm(at - p) > _ALREADY_M for p in places)]
         if not left:
             return None
@@ -252,6 +252,7 @@ class Explorer:
         stage.step()
 
 
-def _moved(transform: FloatArray, point: FloatArray) -> FloatArray:
-    moved: FloatArray = transform[:3, :3] @ point + transform[:3, 3]
-    return moved
+def _back(transform: FloatArray, point: FloatArray) -> FloatArray:
+    """Return the point that a rigid transform, shape (4, 4), brings to a point."""
+    back: FloatArray = transform[:3, :3].T @ (point - transform[:3, 3])
+    return back
