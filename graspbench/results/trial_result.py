@@ -15,6 +15,7 @@ from graspbench.results.grasp_results import (
     PlannedResult,
     RefinedGraspResult,
     RestartedResult,
+    StrengthenedResult,
 )
 from graspbench.results.physical_results import (
     ExecutedResult,
@@ -134,6 +135,10 @@ class TrialResult(Part):
     local: Annotated[
         LocalResult | None,
         About("The planner's grasp: of the local planner, unless planner= names another", empty=_NOT_PLANNED),
+    ] = None
+    strengthened: Annotated[
+        StrengthenedResult | None,
+        About("The grasp that was executed", empty="the planner's own grasp was, or nothing"),
     ] = None
     restarted: Annotated[
         RestartedResult | None,

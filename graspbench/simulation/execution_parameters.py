@@ -60,10 +60,19 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="Objects are not lifted whose weight times this is more than joints and friction can "
-            "carry with the planned grasp at best; 0: all are tried",
+            description="Objects whose weight times this is more than joints and friction can carry with the "
+            "planned grasp at best are planned for again, and not lifted when no grasp carries them; 0: all "
+            "are tried as planned",
         ),
     ] = 1.5
+    strengthen_below_q3: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="A grasp whose Q3 is smaller climbs it before it is executed, as far as the hand "
+            "holds it; 0: every grasp is executed as planned",
+        ),
+    ] = 0.2
     steady_share: Annotated[
         float,
         Field(

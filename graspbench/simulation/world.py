@@ -59,6 +59,7 @@ class ObjectWorld:
                 contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=self.client
             )
             self._transform_inertial_to_object, self._moments = _principal_axes(object_model)
+            self._transform_object_to_inertial = np.linalg.inv(self._transform_inertial_to_object)
             with captured_output():
                 self._surround()
                 self.object_id = self._add_object(transform_object_to_world)
@@ -86,8 +87,7 @@ class ObjectWorld:
         position, quaternion = pybullet.getBasePositionAndOrientation(
             self.object_id, physicsClientId=self.client
         )
-        inertial_to_world = pose_of(position, quaternion)
-        pose: FloatArray = inertial_to_world @ np.linalg.inv(self._transform_inertial_to_object)
+        pose: FloatArray = pose_of(position, quaternion) @ self._transform_object_to_inertial
         return pose
 
     def put_object(self, transform_object_to_world: FloatArray) -> None:

@@ -34,6 +34,7 @@ from graspbench.trial.moving import FollowedObject, follow_object
 if TYPE_CHECKING:
     from graspbench.simulation import World
     from graspbench.simulation.execution_result import Motion
+    from graspbench.trial.strengthening import Strengthened
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class PlannedTrial:
         surfaces: The reconstruction's snapshots, the last one at rest.
         plan: What the planner found.
         followed: The moving object, if it moves; then all of the above is as at its reference time.
+        strengthened: What is executed in place of the plan's grasp; None where that is executed.
     """
 
     name: str
@@ -76,6 +78,12 @@ class PlannedTrial:
     surfaces: list[Surface]
     plan: Plan
     followed: FollowedObject | None = None
+    strengthened: "Strengthened | None" = None
+
+    @property
+    def executed(self) -> "Plan | Strengthened":
+        """Whose grasp and history are executed."""
+        return self.plan if self.strengthened is None else self.strengthened
 
 
 @dataclass
