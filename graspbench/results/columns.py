@@ -242,6 +242,7 @@ _KEYS = {
     "refined": "measure",
     "measures": "measure",
     "phases": "phase",
+    "steps": "step",
     "times_s": "stage",
     "libraries": "library",
 }

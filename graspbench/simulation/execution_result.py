@@ -1,6 +1,7 @@
 """What came of a planned grasp in physics."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from graspbench.arrays import FloatArray
 
@@ -48,6 +49,25 @@ class PhaseOutcome:
 
 
 @dataclass(frozen=True)
+class StepOutcome:
+    """Answers to one kind of step, along the palm's x, y and z.
+
+    Attributes:
+        error: Root mean square distance from the controller's model over the step, of the worst axis; None
+            where the controller has no model.
+        end: Where the object is when time is up, over the step: of the axis that is farthest from 1. For a
+            force without a model the displacement over 1 mm.
+        overshoot: Largest excess over the end, as a share of the end, of the worst axis.
+        rise_time_s: Until 63 % of the end is reached, of the slowest axis.
+    """
+
+    error: float | None
+    end: float
+    overshoot: float
+    rise_time_s: float
+
+
+@dataclass(frozen=True)
 class ExecutionResult:
     """What came of a planned grasp.
 
@@ -73,6 +93,7 @@ class ExecutionResult:
         twists_nm: Largest torque resisted about the same axes; None if not asked for.
         time_s: Simulated time.
         motion: Samples for the record.
+        steps: Answers of the held object to a step of its goal ("goal") and of a force on it ("force").
     """
 
     success: bool
@@ -94,6 +115,7 @@ class ExecutionResult:
     twists_nm: tuple[float, ...] | None
     time_s: float
     motion: Motion
+    steps: Mapping[str, StepOutcome] = field(default_factory=dict)
 
     @property
     def largest_push_weight(self) -> float | None:
