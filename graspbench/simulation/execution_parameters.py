@@ -109,8 +109,8 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="So does a grasp whose Q3 is smaller, of an object that the hand carries with ease; 0: "
-            "Q3 is no reason",
+            description="So does a grasp whose Q3 is smaller, of an object that the hand carries with ease; "
+            "0: Q3 is no reason",
         ),
     ] = 0.2
     steady_share: Annotated[
