@@ -20,8 +20,8 @@ from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
 _MAX_JOINT_SPEED = 1e6
-"""Bullet cuts joint speeds at 100 rad/s before contacts are solved. A torque gives a finger of a few grams more
-than that within a step, and what is cut is missing in the balance: it pressed three to five times too hard."""
+"""Bullet cuts joint speeds at 100 rad/s before contacts are solved. A torque gives a finger of a few grams
+more than that within a step, and what is cut is missing in the balance: it pressed three times too hard."""
 
 
 @dataclass(frozen=True)

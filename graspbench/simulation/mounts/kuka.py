@@ -46,8 +46,8 @@ class KukaMount:
         Raises:
             SimulationError: It can do the task from no place beside the object.
         """
-        first, *further = (ArmModel(hand, bracket) for bracket in brackets(task.grasping))
-        return cls(hand, place_arm((first, further[0]), task, further[1:]))
+        arms = [ArmModel(hand, bracket) for bracket in brackets(task.grasping)]
+        return cls(hand, place_arm(arms, task))
 
     @property
     def base_to_world(self) -> FloatArray:

@@ -154,7 +154,7 @@ def brackets(grasping: FloatArray) -> tuple[FloatArray, ...]:
     """Return ways to bolt the palm to the flange, transform_palm_to_flange, each shape (4, 4).
 
     A straight bracket, and one of 45 degrees that keeps the wrist above the table when the palm approaches
-    from the side, turned to each of eight positions; that in which the wrist is highest comes first.
+    from the side, turned to that one of eight positions in which the wrist is highest.
 
     Args:
         grasping: transform_palm_to_world at the grasp, shape (4, 4).
@@ -163,9 +163,9 @@ def brackets(grasping: FloatArray) -> tuple[FloatArray, ...]:
         Rotation.from_euler("ZY", [360.0 * k / _BOLTINGS, _BRACKET_DEG], degrees=True).as_matrix()
         for k in range(_BOLTINGS)
     ]
-    turns.sort(key=lambda flange_to_palm: float((grasping[:3, :3] @ flange_to_palm)[2, 2]))
+    steepest = min(turns, key=lambda flange_to_palm: float((grasping[:3, :3] @ flange_to_palm)[2, 2]))
     found = []
-    for flange_to_palm in (np.eye(3), *turns):
+    for flange_to_palm in (np.eye(3), steepest):
         pose = np.eye(4)
         pose[:3, :3] = flange_to_palm.T
         pose[:3, 3] = [0.0, 0.0, _BRACKET_M[0]]

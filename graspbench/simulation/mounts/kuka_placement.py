@@ -15,8 +15,6 @@ from graspbench.simulation.mounts.mount import PalmTask
 
 _DISTANCES_M = (0.6, 0.5, 0.7)
 _HEIGHTS_M = (0.0, 0.3)
-_FURTHER_DISTANCES_M = (0.6, 0.45, 0.75)
-_FURTHER_HEIGHTS_M = (0.0, 0.15, 0.3, 0.5)
 _AZIMUTHS = 12
 _ELBOW = np.array([0.0, 0.5, 0.0, -1.4, 0.0, 1.0, 0.0])
 
@@ -54,36 +52,21 @@ class Placement:
     score: float
 
 
-def place_arm(arms: Sequence[ArmModel], task: PalmTask, further: Sequence[ArmModel] = ()) -> Placement:
+def place_arm(arms: Sequence[ArmModel], task: PalmTask) -> Placement:
     """Return the place around the object from which the arm does its task best.
 
     Twelve directions, three distances and two heights (a pedestal) are tried in a fixed order, until one
-    will do well. Where none will do at all, so are further brackets, distances and heights.
+    will do well.
 
     Args:
         arms: The arm with different brackets.
         task: What the palm has to do.
-        further: The arm with brackets that are tried where the task can be done with none of those.
 
     Raises:
         SimulationError: From none of the places the task can be done.
     """
-    best = _best_place(arms, task, _HEIGHTS_M, _DISTANCES_M)
-    if best is None:
-        best = _best_place((*arms, *further), task, _FURTHER_HEIGHTS_M, _FURTHER_DISTANCES_M)
-    if best is None:
-        raise SimulationError(
-            "the arm can follow the hand's motion from no place beside the object",
-            remedy="choose execution.mount=floating, or less lift, rotation or shaking, or more time",
-        )
-    return best
-
-
-def _best_place(
-    arms: Sequence[ArmModel], task: PalmTask, heights_m: Sequence[float], distances_m: Sequence[float]
-) -> Placement | None:
     best: Placement | None = None
-    for height, distance in product(heights_m, distances_m):
+    for height, distance in product(_HEIGHTS_M, _DISTANCES_M):
         for k, arm in product(range(_AZIMUTHS), arms):
             base = _base_pose(task.object_position, distance, height, 2.0 * np.pi * k / _AZIMUTHS)
             to_base = np.linalg.inv(base)
@@ -98,6 +81,11 @@ def _best_place(
                     best = Placement(arm, base, joints, direction, score)
         if best is not None and best.score > _ENOUGH:
             break
+    if best is None:
+        raise SimulationError(
+            "the arm can follow the hand's motion from no place beside the object",
+            remedy="choose execution.mount=floating, or less lift, rotation or shaking, or more time",
+        )
     return best
 
 
