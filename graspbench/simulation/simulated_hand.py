@@ -72,9 +72,7 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
         self._set_friction(friction)
-        pybullet.changeDynamics(
-            self.body, 0, maxJointVelocity=_MAX_JOINT_SPEED, physicsClientId=self._client
-        )
+        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_MAX_JOINT_SPEED, physicsClientId=self._client)
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
