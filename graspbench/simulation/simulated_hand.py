@@ -19,9 +19,10 @@ from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
-_MAX_JOINT_SPEED = 1e6
-"""Bullet cuts joint speeds at 100 rad/s before contacts are solved. A torque gives a finger of a few grams
-more than that within a step, and what is cut is missing in the balance: it pressed three times too hard."""
+_GEARED_JOINT_SPEED = 1e6
+"""Bullet cuts joint speeds at 100 rad/s before it solves contacts and gears. A torque gives a joint of a few
+grams more than that within a step; where others follow it, what is cut is missing in their balance, and the
+finger pressed three times too hard."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,6 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
         self._set_friction(friction)
-        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_MAX_JOINT_SPEED, physicsClientId=self._client)
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
@@ -314,6 +314,10 @@ class SimulatedHand:
     def _couple(self, ids: dict[str, int], joints: FloatArray) -> None:
         """Let joints that follow others (mimic) do so by gears without play, which carry torques too."""
         at = dict(zip(self.hand.joint_names, joints, strict=True))
+        if self.hand.followers:
+            pybullet.changeDynamics(
+                self.body, 0, maxJointVelocity=_GEARED_JOINT_SPEED, physicsClientId=self._client
+            )
         for follower in self.hand.followers:
             own, leader = ids[follower.name], ids[follower.leader]
             position = follower.ratio * at[follower.leader] + follower.offset
