@@ -37,7 +37,7 @@ _BY_UNIT = (
     (r"_(m_s)", 10.0, 1e-6),
     (r"_(rad_s2)", 1e6, 1e-6),
     (r"_(kg_m3)", 1e5, 1e-3),
-    (r"_(nm|nm_rad|nms_rad|n_per_m|ns_per_m|n_m|ns_m)", 1e6, 1e-9),
+    (r"_(nm|nm_rad|nms_rad|n_per_m|ns_per_m)", 1e6, 1e-9),
     (r"_(n)", 1e6, 1e-9),
     (r"_(m)", 100.0, 1e-9),
     (r"_(s)", 3600.0, 1e-9),
