@@ -14,7 +14,13 @@ _FEW = 20
 
 
 def evaluate(
-    grasps: Annotated[Path, typer.Argument(help="A file of grasps, or a folder of such files.")],
+    grasps: Annotated[
+        Path,
+        typer.Argument(
+            help="A file of grasps, or a folder of such files; without --object: a results folder, whose "
+            "planners are compared."
+        ),
+    ],
     overrides: Annotated[
         list[str] | None,
         typer.Argument(
@@ -65,9 +71,9 @@ def evaluate(
     """Judge grasps of any planner: close the real hand, measure, and try them in physics by protocols."""
     from graspbench.cli.printing import err, print_json
     from graspbench.errors import ConfigurationError
-    from graspbench.experiment import EvaluateOptions, evaluate_file
+    from graspbench.experiment import EvaluateOptions, evaluate_file, evaluate_results
 
-    if not object_name:
+    if not object_name and not grasps.is_dir():
         raise ConfigurationError("no object is given", remedy="say --object NAME, or --object FILE of a mesh")
     options = EvaluateOptions(
         hand=hand,
@@ -82,10 +88,13 @@ def evaluate(
     )
 
     def tell(done: int, of: int) -> None:
-        if jobs and err.is_terminal:
+        if (jobs or not object_name) and err.is_terminal:
             err.print(f"{done} of {of} grasps", end="\r")
 
-    evaluation = evaluate_file(grasps, options, tell)
+    if object_name:
+        evaluation = evaluate_file(grasps, options, tell)
+    else:
+        evaluation = evaluate_results(grasps, options, output, tell)
     if output is not None:
         _store(evaluation, output)
     if as_json:
@@ -116,6 +125,8 @@ def _print(evaluation: "Evaluation") -> None:
         for row in evaluation.protocols
     ]
     print_rows(rows, title=f"{title}; 95 % intervals")
+    if evaluation.planners:
+        print_rows(evaluation.planners, title="Planners: trials, grasps found, and share of successes")
     if evaluation.ranks:
         columns = ("first", "second", "tau", "p", "inversions", "pairs", "grasps")
         print_rows(evaluation.ranks, title="How protocols agree on ranks (Kendall's tau-b)", columns=columns)
