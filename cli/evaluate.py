@@ -63,7 +63,12 @@ def evaluate(
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=0, help="Processes; 0: in this one.")] = 0,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Folder for evaluation.json and grasps.csv.", show_default=False),
+        typer.Option(
+            "--output",
+            "-o",
+            help="Folder for evaluation.json, grasps.csv and planners.csv.",
+            show_default=False,
+        ),
     ] = None,
     as_json: Json = False,
     config_dir: ConfigDir = None,
@@ -145,5 +150,6 @@ def _store(evaluation: "Evaluation", folder: Path) -> None:
     from graspbench.results.store import write_atomically
 
     write_atomically(folder / "evaluation.json", to_json(evaluation.as_tree()))
-    table = pd.json_normalize(evaluation.rows)
-    write_atomically(folder / "grasps.csv", csv_text(table))
+    write_atomically(folder / "grasps.csv", csv_text(pd.json_normalize(evaluation.rows)))
+    if evaluation.planners:
+        write_atomically(folder / "planners.csv", csv_text(pd.DataFrame(evaluation.planners)))

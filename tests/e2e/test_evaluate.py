@@ -167,6 +167,7 @@ def test_planners_of_a_sweep_are_compared_by_every_protocol_and_gone_on_with(cli
         assert row["tug"] == float(own[0]["protocols"]["tug"]["success"])
     (rank,) = document["ranks"]
     assert (rank["first"], rank["second"]) == ("six_forces", "tug")
+    assert pd.read_csv(tmp_path / "judged/planners.csv")["planner"].tolist() == ["parallel", "random_closure"]
     kept = (tmp_path / "judged/rows.jsonl").read_text()
     assert cli(*asked).document == document
     assert (tmp_path / "judged/rows.jsonl").read_text() == kept

@@ -57,7 +57,7 @@ class _Array(np.ndarray[Any, Any]):
         super().__setstate__((1, shape, dtype, bool(fortran), content))
 
 
-def _type_state(state: Any) -> tuple[str, bool, int]:
+def _type_state(state: Any) -> tuple[Any, bool, int]:
     """Return byte order, whether it has parts, and the size of an item that the state of a type states."""
     if not isinstance(state, tuple) or len(state) < 8 or state[1] not in ("<", ">", "|", "="):
         raise pickle.UnpicklingError("an array of an odd type")
