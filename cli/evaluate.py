@@ -74,7 +74,8 @@ def evaluate(
     config_dir: ConfigDir = None,
 ) -> None:
     """Judge grasps of any planner: close the real hand, measure, and try them in physics by protocols."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.errors import ConfigurationError
     from graspbench.experiment import EvaluateOptions, evaluate_file, evaluate_results
 
@@ -92,14 +93,15 @@ def evaluate(
         jobs=jobs,
     )
 
-    def tell(done: int, of: int) -> None:
-        if (jobs or not object_name) and err.is_terminal:
-            err.print(f"{done} of {of} grasps", end="\r")
+    with Saying(f"reading {grasps}") as saying:
 
-    if object_name:
-        evaluation = evaluate_file(grasps, options, tell)
-    else:
-        evaluation = evaluate_results(grasps, options, output, tell)
+        def tell(done: int, of: int) -> None:
+            saying.now("judging", f"{done} of {of} grasps done")
+
+        if object_name:
+            evaluation = evaluate_file(grasps, options, tell)
+        else:
+            evaluation = evaluate_results(grasps, options, output, tell)
     if output is not None:
         _store(evaluation, output)
     if as_json:

@@ -1,7 +1,7 @@
 """A reconstructed surface corrected by what was felt: its pose as a whole, then its shape near felt points.
 
 What vision got wrong is taken apart in two. A planar pose of the whole surface, a Gaussian about what vision
-said, is updated by all felt points together (registration to the tangent planes). What remains of the
+said, is updated by all felt points together (registration to the surface). What remains of the
 felt distances is a displacement of the surface along its normals, a Gaussian process over the surface: near a
 felt point the surface goes where it was felt, far from it nothing is known to have changed.
 """
@@ -9,7 +9,7 @@ felt point the surface goes where it was felt, far from it nothing is known to h
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import trimesh
 
 from graspbench.arrays import FloatArray
 from graspbench.reconstruction.snapshot import snapshot
@@ -18,6 +18,8 @@ from graspbench.reconstruction.surface import Surface
 _ROUNDS = 20
 _SETTLED = 1e-7
 _LARGEST_OFFSET_M = 0.01
+_NEAR_M = 0.5e-3
+_FACES = 60
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -102,7 +104,7 @@ def planar_transform(pivot: FloatArray, shift: FloatArray) -> FloatArray:
 def updated_belief(prior: PoseBelief, surface: Surface, felt: FloatArray, noise_m: float) -> PoseBelief:
     """Return the most probable pose of a surface when points of it have been felt.
 
-    Gauss and Newton's method: each felt point is to lie on the tangent plane of the node nearest to it.
+    Gauss and Newton's method: each felt point is to lie on the surface, to first order.
 
     Args:
         prior: What was believed before.
@@ -110,11 +112,10 @@ def updated_belief(prior: PoseBelief, surface: Surface, felt: FloatArray, noise_
         felt: Felt points in the world, shape (n, 3).
         noise_m: Standard deviation of a felt distance.
     """
-    tree = cKDTree(surface.points)
     information = np.linalg.inv(prior.covariance)
     belief = prior
     for _ in range(_ROUNDS):
-        offsets, places, normals = _offsets(belief, surface, tree, felt)
+        offsets, places, normals = _offsets(belief, surface, felt)
         jacobian = belief.sensitivity(places, normals)
         inverse = information + jacobian.T @ jacobian / noise_m**2
         slope = jacobian.T @ offsets / noise_m**2 - information @ (belief.mean - prior.mean)
@@ -150,7 +151,7 @@ def corrected_surface(
     """
     if not len(felt):
         return surface
-    offsets, places, _ = _offsets(belief, surface, cKDTree(surface.points), felt)
+    offsets, places, _ = _offsets(belief, surface, felt)
     among = _kernel(places, places, shape_std_m, length_m) + noise_m**2 * np.eye(len(felt))
     weights = np.linalg.solve(among, np.clip(offsets, -_LARGEST_OFFSET_M, _LARGEST_OFFSET_M))
     moved = _kernel(surface.points, places, shape_std_m, length_m) @ weights
@@ -166,15 +167,33 @@ def _kernel(a: FloatArray, b: FloatArray, std_m: float, length_m: float) -> Floa
 
 
 def _offsets(
-    belief: PoseBelief, surface: Surface, tree: cKDTree, felt: FloatArray
+    belief: PoseBelief, surface: Surface, felt: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how far felt points are outside the surface, and they and the normals there as vision saw it."""
+    """Return how far felt points are outside the surface, and they and the way there as vision saw it.
+
+    The way is from the nearest point of the surface, the distance's gradient; very near to it the normal.
+    """
     pose = belief.transform
     places = (felt - pose[:3, 3]) @ pose[:3, :3]
-    _, nearest = tree.query(places)
-    normals = surface.normals[nearest]
-    offsets: FloatArray = np.einsum("ij,ij->i", places - surface.points[nearest], normals)
-    return offsets, places, normals
+    faces = surface.network.faces
+    middles = surface.points[faces].mean(axis=1)
+    offsets, ways = np.empty(len(places)), np.empty_like(places)
+    for k, place in enumerate(places):
+        about = np.argsort(np.sum((middles - place) ** 2, axis=1))[:_FACES]
+        nearest = trimesh.triangles.closest_point(
+            surface.points[faces[about]], np.tile(place, (len(about), 1))
+        )
+        distances = np.linalg.norm(nearest - place, axis=1)
+        face = int(np.argmin(distances))
+        corners = faces[about[face]]
+        shares = trimesh.triangles.points_to_barycentric(surface.points[corners][None], nearest[face][None])
+        normal = np.clip(shares[0], 0.0, 1.0) @ surface.normals[corners]
+        normal /= np.linalg.norm(normal)
+        way = place - nearest[face]
+        side = 1.0 if way @ normal >= 0.0 else -1.0
+        offsets[k] = side * distances[face]
+        ways[k] = side * way / distances[face] if distances[face] > _NEAR_M else normal
+    return offsets, places, ways
 
 
 def _in_world(belief: PoseBelief, step: FloatArray) -> FloatArray:

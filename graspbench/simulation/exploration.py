@@ -23,8 +23,8 @@ _TURNS_DEG = (0.0, 20.0, -20.0, 40.0, -40.0)
 _LIFTS_M = (0.0, 0.008)
 _MOVE_S = 0.4
 _CLEARANCE_M = 0.006
-_ALREADY_M = 0.004
-"""A place nearer than this to one that was felt tells nothing new about the shape there."""
+_ALREADY_M = 0.006
+"""A place of the surface nearer than this to one that was tried tells nothing new."""
 
 
 @dataclass(frozen=True)
@@ -113,16 +113,16 @@ class Explorer:
             self._grasp.centroid, p.position_std_mm * 1e-3, float(np.radians(p.yaw_std_deg))
         )
         noise_m, belief, felt, tried = 1e-3 * p.noise_mm, prior, np.empty((0, 3)), 0
-        given_up: list[FloatArray] = []
+        places: list[FloatArray] = []
         while tried < p.max_touches and self._error_m(belief) > 1e-3 * p.enough_mm:
-            chosen = self._choose(belief, felt, given_up)
+            chosen = self._choose(belief, places)
             if chosen is None:
                 break
             tried += 1
             self._move(chosen.turn)
             touch = self._feel(chosen)
+            places.append(_back(belief.transform, chosen.place))
             if touch is None:
-                given_up.append(chosen.place)
                 continue
             felt = np.vstack((felt, self._tip_contact(touch)))
             belief = updated_belief(prior, self._surface, felt, noise_m)
@@ -155,9 +155,7 @@ class Explorer:
         points = self._grasp.points
         return float(np.sqrt(belief.expected_square_m2(points) / len(points)))
 
-    def _choose(
-        self, belief: PoseBelief, felt: FloatArray, given_up: Sequence[FloatArray]
-    ) -> _Candidate | None:
+    def _choose(self, belief: PoseBelief, places: Sequence[FloatArray]) -> _Candidate | None:
         """Return the touch with the largest expected gain, of those that the open hand can do."""
         pose = belief.transform
         points = self._surface.points @ pose[:3, :3].T + pose[:3, 3]
@@ -168,15 +166,15 @@ class Explorer:
                 turn = pose @ planar_transform(belief.pivot, np.array([0.0, 0.0, np.radians(turn_deg)]))
                 turn[2, 3] += lift_m
                 candidates += self._candidates(turn, points, normals)
-        left = [c for c in candidates if not any(np.linalg.norm(c.place - g) < 0.01 for g in given_up)]
-        left = [c for c in left if not len(felt) or np.linalg.norm(felt - c.place, axis=1).min() > _ALREADY_M]
+        # The belief is told of the surface as vision saw it.
+        left = [(c, _back(pose, c.place)) for c in candidates]
+        left = [(c, at) for c, at in left if all(np.linalg.norm(at - p) > _ALREADY_M for p in places)]
         if not left:
             return None
-        # The belief is told of the surface as vision saw it.
-        seen = (np.array([c.place for c in left]) - pose[:3, 3]) @ pose[:3, :3]
-        directions = np.array([c.normal for c in left]) @ pose[:3, :3]
+        seen = np.array([at for _, at in left])
+        directions = np.array([c.normal for c, _ in left]) @ pose[:3, :3]
         gains = belief.expected_gain_m2(seen, directions, self._grasp.points, 1e-3 * self._p.noise_mm)
-        return left[int(np.argmax(gains))]
+        return left[int(np.argmax(gains))][0]
 
     def _candidates(self, turn: FloatArray, points: FloatArray, normals: FloatArray) -> list[_Candidate]:
         """Return where each finger would meet the surface if the palm were turned so and stood clear."""
@@ -184,7 +182,7 @@ class Explorer:
         tips = self._tips @ palm[:3, :3].T + palm[:3, 3]
         radius = self._model.tip_radius_m
         gaps = np.linalg.norm(points[:, None] - tips[None], axis=2).min(axis=0) - radius
-        if gaps[list(self._fingers)].min() < _CLEARANCE_M or tips[:, 2].min() < radius + _CLEARANCE_M:
+        if gaps[list(self._fingers)].min() < _CLEARANCE_M:
             return []
         found = []
         for i, finger in enumerate(self._fingers):
@@ -252,3 +250,9 @@ class Explorer:
         stage.hand.drive_wrist(stage.carried(palm, stage.time_step_s), stage.time_step_s)
         stage.hand.drive_joints(joints, velocities)
         stage.step()
+
+
+def _back(transform: FloatArray, point: FloatArray) -> FloatArray:
+    """Return the point that a rigid transform, shape (4, 4), brings to a point."""
+    back: FloatArray = transform[:3, :3].T @ (point - transform[:3, 3])
+    return back

@@ -3,8 +3,8 @@
 import pytest
 
 CHEAP = (
-    "object=box", "search.enabled=false", "record=off", "execution=touch", "execution.until=contact",
-    "scene.unseen_shift_mm=5", "scene.unseen_turn_deg=10",
+    "object=box", "search.enabled=false", "record.pictures=false", "execution=touch",
+    "execution.until=contact", "scene.unseen_shift_mm=5", "scene.unseen_turn_deg=10",
 )  # fmt: skip
 
 

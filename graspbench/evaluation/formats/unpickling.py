@@ -54,7 +54,8 @@ class _Array(np.ndarray[Any, Any]):
         length = count if dtype.hasobject else count * dtype.itemsize
         if not isinstance(content, whole) or len(content) != length:
             raise pickle.UnpicklingError("an array of another size than it says")
-        super().__setstate__((1, shape, dtype, bool(fortran), content))
+        checked: Any = (1, shape, dtype, bool(fortran), content)
+        super().__setstate__(checked)
 
 
 def _type_state(state: Any) -> tuple[Any, bool, int]:
@@ -153,7 +154,7 @@ class _PlainUnpickler(pickle.Unpickler):
 def _check_memo(content: bytes) -> None:
     """Refuse a pickle that numbers what it remembers beyond its own length: room is made for all of them."""
     for opcode, argument, _ in pickletools.genops(content):
-        if opcode.name == _MEMO_OPCODE and argument > len(content):
+        if opcode.name == _MEMO_OPCODE and int(argument or 0) > len(content):
             raise pickle.UnpicklingError("it remembers more than it can hold")
 
 
