@@ -56,7 +56,7 @@ def trial_media(places: Sequence[Path | None], output_dir: Path, mode: Pictures)
     found = {
         number: paths
         for number, folder in enumerate(places)
-        if folder is not None and (paths := _shown_files(folder))
+        if folder is not None and (paths := shown_files(folder))
     }
     carried = mode == "embed" or (mode == "auto" and len(found) <= EMBEDDED_TRIALS)
     room = _MAX_CARRIED_BYTES if carried else 0
@@ -77,7 +77,7 @@ def trial_media(places: Sequence[Path | None], output_dir: Path, mode: Pictures)
     return media
 
 
-def _shown_files(folder: Path) -> list[Path]:
+def shown_files(folder: Path) -> list[Path]:
     """Return the files of a folder that a page can show."""
     if not folder.is_dir():
         return []

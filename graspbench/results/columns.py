@@ -243,6 +243,7 @@ _KEYS = {
     "refined": "measure",
     "measures": "measure",
     "phases": "phase",
+    "steps": "step",
     "times_s": "stage",
     "libraries": "library",
 }

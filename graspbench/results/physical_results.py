@@ -23,6 +23,25 @@ class PhaseResult(Part):
     held: Annotated[bool, About("Whether the object was still in the hand")]
 
 
+@dataclass(frozen=True)
+class StepResult(Part):
+    """How the held object answered a step along the palm's x, y and z."""
+
+    error: Annotated[
+        Number | None,
+        About(
+            "Root mean square distance from the controller's model over the step, worst axis",
+            empty="the controller has no model",
+        ),
+    ]
+    end: Annotated[
+        Number,
+        About("Where it was in the end over the step, farthest from 1; of a force without model in mm"),
+    ]
+    overshoot: Annotated[Number, About("Largest excess over the end, as a share of it")]
+    rise_time_s: Annotated[Number, About("Until 63 % of the end, slowest axis")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class TouchResult(Part):
     """What exploring touches found before the grasp, and what was true."""
@@ -78,6 +97,10 @@ class ExecutedResult(Part):
     ] = None
     phases: Annotated[
         Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
+    ] = field(default_factory=dict)
+    steps: Annotated[
+        Mapping[str, StepResult],
+        About("Steps of the goal and of a force that were tried", empty=_NOT_REACHED),
     ] = field(default_factory=dict)
     pushes_weight: Annotated[
         tuple[Number, ...] | None,

@@ -5,6 +5,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from graspbench.simulation.control_parameters import (
+    ComputedTorqueParameters,
+    ControlName,
+    HybridParameters,
+    ObjectImpedanceParameters,
+)
 from graspbench.simulation.touch_parameters import TouchParameters
 
 
@@ -22,6 +28,31 @@ class ExecutionParameters:
         Literal["floating", "kuka"],
         Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
     ] = "floating"
+    control: Annotated[
+        ControlName,
+        Field(
+            description="What drives the fingers once the object is squeezed: joint_impedance, "
+            "object_impedance, computed_torque or hybrid (force along the normals, place along the surface)"
+        ),
+    ] = "joint_impedance"
+    object_impedance: Annotated[
+        ObjectImpedanceParameters, Field(description="What the held object shall be under object_impedance")
+    ] = field(default_factory=ObjectImpedanceParameters)
+    computed_torque: Annotated[ComputedTorqueParameters, Field(description="Gains of computed_torque")] = (
+        field(default_factory=ComputedTorqueParameters)
+    )
+    hybrid: Annotated[HybridParameters, Field(description="Gains of hybrid")] = field(
+        default_factory=HybridParameters
+    )
+    step_m: Annotated[
+        float, Field(ge=0, le=0.02, description="Step of the held object's goal that is tried, m; 0: none is")
+    ] = 0.0
+    step_force_n: Annotated[
+        float, Field(ge=0, description="Step of a force on the held object that is tried, N; 0: none is")
+    ] = 0.0
+    step_time_s: Annotated[float, Field(gt=0, description="How long the answer to a step is watched, s")] = (
+        0.4
+    )
     time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
     solver_iterations: Annotated[
         int, Field(ge=10, le=1000, description="Constraint solver iterations a step")
@@ -65,14 +96,15 @@ class ExecutionParameters:
             "are tried as planned",
         ),
     ] = 1.5
-    strengthen_below_q3: Annotated[
+    strengthen_below: Annotated[
         float,
         Field(
             ge=0,
-            description="A grasp whose Q3 is smaller climbs it before it is executed, as far as the hand "
-            "holds it; 0: every grasp is executed as planned",
+            lt=1,
+            description="A grasp whose contacts keep a smaller share of their friction when the fingers "
+            "squeeze climbs Q3 before it is executed; 0: every grasp is executed as planned",
         ),
-    ] = 0.2
+    ] = 0.45
     steady_share: Annotated[
         float,
         Field(

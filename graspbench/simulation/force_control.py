@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -42,7 +43,13 @@ class ForceControl:
     Attributes:
         mean_force_n: Mean normal force asked of a finger, N.
         rest: Posture in which the springs are relaxed, shape (n_q,).
+        model: Mass, damping and stiffness of the oscillator that the held object shall be after a step of its
+            goal, kg, N s/m and N/m; None where the law promises none.
+        pushed_model: The same after a step of a force on it.
     """
+
+    model: tuple[float, float, float] | None = None
+    pushed_model: tuple[float, float, float] | None = None
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         self._stage, self._fingers, self._model = stage, fingers, stage.model
@@ -110,6 +117,26 @@ class ForceControl:
         pose = self._stage.world.object_pose()
         points = np.stack([touch.point for touch in self._felt]) - pose[:3, 3]
         return points @ pose[:3, :3], np.stack([touch.normal for touch in self._felt]) @ pose[:3, :3]
+
+    def aim(self, rest: FloatArray, object_in_palm: FloatArray) -> None:
+        """Aim at a posture, shape (n_q,), and at the pose of the object in the palm, shape (4, 4), it makes.
+
+        Springs in the joints know of the posture alone.
+        """
+        self.rest = rest
+
+    def displace(self, offset_m: FloatArray) -> None:
+        """Move the goal of the held object at once, palm axes, shape (3,): the springs' posture with it."""
+        jacobian = self._model.tip_jacobians(self.rest)[list(self._fingers)].reshape(-1, len(self.rest))
+        self.rest = self.rest + np.linalg.pinv(jacobian, rcond=1e-3) @ np.tile(offset_m, len(self._fingers))
+
+    def memory(self) -> Any:
+        """Return what `recall` takes to return to the present."""
+        return self.rest
+
+    def recall(self, memory: Any) -> None:
+        """Return to a time before; what else is known is renewed as time goes on."""
+        self.rest = memory
 
     def rest_here(self) -> None:
         """Let the springs relax in the present posture."""

@@ -153,6 +153,7 @@ def _ramp(
     client = world.client
     weight_n = world.object_model.mass_kg * world.scene.gravity
     saved = pybullet.saveState(physicsClientId=client)
+    memory = grip.control.memory()
     before, slip = grip.object_in_palm(), SlipMeter(stage.hand, fingers, p.contact_force_n)
     slip.look()
     steps = max(1, round(p.push_time_s / stage.time_step_s))
@@ -188,4 +189,5 @@ def _ramp(
             resisted = weights
     pybullet.restoreState(stateId=saved, physicsClientId=client)
     pybullet.removeState(saved, physicsClientId=client)
+    grip.control.recall(memory)
     return float(resisted)

@@ -10,12 +10,13 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.simulation.approach import Approach
 from graspbench.simulation.execution_parameters import ExecutionParameters
-from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
+from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome, StepOutcome
 from graspbench.simulation.exploration import Exploration, Explorer, FeltParts
 from graspbench.simulation.grip import Grip
 from graspbench.simulation.ride import Ride
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
+from graspbench.simulation.step_response import step_outcomes
 from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.world import World
 
@@ -94,6 +95,7 @@ def execute_grasp(
         phases=() if outcome is None else outcome.phases,
         pushes_weight=None if outcome is None else outcome.pushes_weight,
         twists_nm=None if outcome is None else outcome.twists_nm,
+        steps={} if outcome is None else outcome.steps,
         time_s=stage.time_s,
         motion=stage.motion(),
         explored=explored,
@@ -146,6 +148,7 @@ class _HoldOutcome:
         pushes_weight: Largest push resisted along +-x, +-y, +-z, multiples of the weight; None if not tried.
         twists_nm: Largest torque resisted about the same axes; None if not tried.
         reason: Why the object was lost; None if it was not.
+        steps: Answers to the steps that were tried, by kind.
     """
 
     grip_force_n: float
@@ -153,6 +156,7 @@ class _HoldOutcome:
     pushes_weight: tuple[float, ...] | None
     twists_nm: tuple[float, ...] | None
     reason: str | None
+    steps: dict[str, StepOutcome]
 
 
 def _hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> _HoldOutcome:
@@ -165,16 +169,19 @@ def _hold_and_disturb(stage: Stage, fingers: tuple[int, ...], touches: Sequence[
     """
     grip = Grip(stage, fingers, touches)
     pushes = twists = None
+    steps: dict[str, StepOutcome] = {}
     if grip.squeeze():
         plan = stage.phases()
         lift, *others = plan.carrying
         held = grip.move(lift)
         stage.halt()
         held = held and all(grip.move(phase) for phase in others)
+        if held:
+            steps = step_outcomes(stage, grip)
         if held and plan.pushes:
             pushes = tuple(grip.push(direction) for direction in _PUSHES)
             if stage.parameters.twist_limit_nm > 0.0:
                 twists = tuple(grip.twist(axis) for axis in _PUSHES)
         if held:
             all(grip.move(phase) for phase in plan.shakes)
-    return _HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, twists, grip.reason)
+    return _HoldOutcome(grip.control.mean_force_n, tuple(grip.phases), pushes, twists, grip.reason, steps)

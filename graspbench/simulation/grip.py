@@ -6,8 +6,8 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.controllers.choice import make_control
 from graspbench.simulation.execution_result import PhaseOutcome
-from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.phases import Phase, smooth
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.slip import SlipMeter
@@ -34,7 +34,7 @@ class Grip:
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         self._stage, self._fingers = stage, fingers
-        self.control = ForceControl(stage, fingers, touches)
+        self.control = make_control(stage, fingers, touches)
         self._slip = SlipMeter(stage.hand, fingers, stage.parameters.contact_force_n)
         self._response = self._new_response()
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
@@ -144,6 +144,7 @@ class Grip:
         saved = pybullet.saveState(physicsClientId=client)
         before, slip = self.object_in_palm(), SlipMeter(stage.hand, self._fingers, p.contact_force_n)
         slip.look()
+        memory = self.control.memory()
         firmness_n, response = self.control.mean_force_n, self._new_response()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
@@ -161,6 +162,7 @@ class Grip:
                 resisted = k / steps
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
+        self.control.recall(memory)
         if self.control.mean_force_n != firmness_n:
             self.control.mean_force_n = firmness_n
             self.control.distribute()

@@ -225,6 +225,24 @@ class SimulatedHand:
                 sums[owner[0]].append((contact[9], contact[6], contact[7], owner[1]))
         return tuple(_touch(parts, least_force_n) for parts in sums)
 
+    def force_on_object(self, about: FloatArray) -> FloatArray:
+        """Return the wrench of all contacts with the hand in the step before, shape (6,), N and N m.
+
+        Torques that contacts bear about their normals are not in it: Bullet does not tell them.
+
+        Args:
+            about: Point in the world that torques are about, shape (3,).
+        """
+        wrench = np.zeros(6)
+        for contact in pybullet.getContactPoints(
+            self.world.object_id, self.body, physicsClientId=self._client
+        ):
+            force = contact[9] * np.array(contact[7])
+            force += contact[10] * np.array(contact[11]) + contact[12] * np.array(contact[13])
+            wrench[:3] += force
+            wrench[3:] += np.cross(np.array(contact[6]) - about, force)
+        return wrench
+
     def _load(self) -> int:
         base = self.mount.base_to_world
         with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:

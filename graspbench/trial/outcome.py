@@ -24,7 +24,7 @@ from graspbench.results.grasp_results import (
     RestartedResult,
     StrengthenedResult,
 )
-from graspbench.results.physical_results import ExecutedResult, PhaseResult
+from graspbench.results.physical_results import ExecutedResult, PhaseResult, StepResult
 from graspbench.results.trial_result import ObjectResult, ReconstructionResult
 from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 
@@ -160,7 +160,10 @@ def reconstruction_result(trial: "PlannedTrial") -> ReconstructionResult:
 
 def execution_result(execution: ExecutionResult) -> ExecutedResult:
     """Return what came of the execution; the sampled motion is left to the log."""
-    found: ExecutedResult = picked(ExecutedResult, execution, phases=phase_results(execution.phases))
+    steps = {kind: picked(StepResult, step) for kind, step in execution.steps.items()}
+    found: ExecutedResult = picked(
+        ExecutedResult, execution, phases=phase_results(execution.phases), steps=steps
+    )
     return found
 
 

@@ -14,6 +14,7 @@ from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.contact import WITH_TORSION
+from graspbench.grasp.internal_forces import friction_reserve
 from graspbench.grasp.quality import GraspQuality
 from graspbench.hand.posture import HandPosture
 from graspbench.planning import (
@@ -70,7 +71,7 @@ def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
         return trial
     plan, hand = _for_weight(config, trial, clock)
     grasp, history = plan.grasp, plan.history
-    if plan.quality.q3 < config.execution.strengthen_below_q3:
+    if _barely_holds(config, trial, grasp):
         grasp = clock.run("strengthening", lambda: _climbed(config, trial, grasp, hand))
         history = plan.history if grasp is plan.grasp else (*plan.history, grasp)
     if grasp is trial.plan.grasp:
@@ -126,6 +127,15 @@ def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> 
             mass_kg=mass_kg,
             payload_kg=planned_n / gravity,
         ) from error
+
+
+def _barely_holds(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
+    """Tell whether some contact has little friction left when the fingers squeeze."""
+    least, quality = config.execution.strengthen_below, config.quality
+    if least == 0.0 or quality.contact == "frictionless":
+        return False
+    arms = grasp.points - trial.surfaces[-1].centroid
+    return friction_reserve(arms, -grasp.normals, quality.friction, least) < least
 
 
 def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandConstraint) -> Grasp:
