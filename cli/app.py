@@ -25,12 +25,12 @@ from graspbench.cli import (
     tune,
     view,
 )
-from graspbench.cli.completion import use_own_bash_script
+from graspbench.cli.completion import use_own_scripts
 from graspbench.cli.foreign import refuse_hydras_options
 from graspbench.cli.help import epilog, use_plain_flags
 from graspbench.errors import GraspbenchError, OutputError
 
-use_own_bash_script()
+use_own_scripts()
 use_plain_flags()
 app = typer.Typer(
     name="graspbench",

@@ -63,7 +63,8 @@ def evaluate(
     config_dir: ConfigDir = None,
 ) -> None:
     """Judge grasps of any planner: close the real hand, measure, and try them in physics by protocols."""
-    from graspbench.cli.printing import err, print_json
+    from graspbench.cli.printing import print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.errors import ConfigurationError
     from graspbench.experiment import EvaluateOptions, evaluate_file
 
@@ -81,11 +82,10 @@ def evaluate(
         jobs=jobs,
     )
 
-    def tell(done: int, of: int) -> None:
-        if jobs and err.is_terminal:
-            err.print(f"{done} of {of} grasps", end="\r")
-
-    evaluation = evaluate_file(grasps, options, tell)
+    with Saying(f"reading {grasps}") as saying:
+        evaluation = evaluate_file(
+            grasps, options, lambda done, of: saying.now("judging", f"{done} of {of} grasps done")
+        )
     if output is not None:
         _store(evaluation, output)
     if as_json:

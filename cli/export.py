@@ -29,11 +29,13 @@ def export(
 ) -> None:
     """Write the grasps of trials for other benchmarks, and for evaluate."""
     from graspbench.cli.printing import print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.evaluation.formats.format import FORMATS
     from graspbench.experiment import export_results
 
     target = output or Path("grasps" + FORMATS[file_format].suffixes[0])
-    rows = export_results(results, file_format, target, which)
+    with Saying("reading and writing the grasps"):
+        rows = export_results(results, file_format, target, which)
     if as_json:
         print_json({"schema": 1, "rows": rows})
     else:

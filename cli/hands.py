@@ -139,14 +139,17 @@ def check(
     from dataclasses import asdict
 
     from graspbench.cli.printing import out, print_json
+    from graspbench.cli.ticker import Saying
     from graspbench.experiment import check_hand
 
     rows = []
-    for finding in check_hand(name, overrides or [], config_dir, hold=hold):
-        rows.append(asdict(finding))
-        if not as_json:
-            text = f"{finding.verdict:6} {finding.aspect:20} {finding.sentence}"
-            out.print(text, highlight=False, markup=False, soft_wrap=True)
+    with Saying(f"checking {name}", live=as_json) as saying:
+        for finding in check_hand(name, overrides or [], config_dir, hold=hold):
+            rows.append(asdict(finding))
+            if not as_json:
+                text = f"{finding.verdict:6} {finding.aspect:20} {finding.sentence}"
+                out.print(text, highlight=False, markup=False, soft_wrap=True)
+            saying.now(f"checking {name} after {finding.aspect}")
     usable = all(row["verdict"] != "fault" for row in rows)
     if as_json:
         print_json({"schema": 1, "hand": name, "usable": usable, "rows": rows})

@@ -18,9 +18,11 @@ def info(path: LogFile, as_json: Json = False) -> None:
     import dataclasses
 
     from graspbench.cli.printing import out, print_json, print_rows
+    from graspbench.cli.ticker import Saying
     from graspbench.record import log_info
 
-    found = log_info(path)
+    with Saying(f"reading {path}"):
+        found = log_info(path)
     if as_json:
         print_json({"schema": 1, **dataclasses.asdict(found)})
         return
@@ -47,9 +49,11 @@ def recover(
 ) -> None:
     """Save all that is readable of a log that was cut off or damaged, and say what is lost."""
     from graspbench.cli.printing import out
+    from graspbench.cli.ticker import Saying
     from graspbench.record import recover_log
 
-    saved = recover_log(path, output)
+    with Saying(f"reading {path} and saving what is there"):
+        saved = recover_log(path, output)
     out.print(f"{saved.message_count} messages saved in {saved.path}")
     for lost in saved.lost:
         out.print(f"lost: {lost}")

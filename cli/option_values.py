@@ -41,6 +41,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "record.video": ("true", "false"),
     "scene.exif_orientation": ("refuse", "honour", "ignore"),
     "scene.full_rendering": ("true", "false"),
+    "scene.motion": ("none", "conveyor", "turntable", "drift"),
     "scene.renderer": ("tiny", "egl", "auto"),
     "scene.source": ("simulation", "images"),
     "search.enabled": ("true", "false"),

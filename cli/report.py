@@ -1,5 +1,6 @@
 """``graspbench report``: tables, figures and pages from results folders."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -51,10 +52,18 @@ def report(
         Path | None,
         typer.Option("--output", "-o", help="Where the files go; DIR/report by default.", show_default=False),
     ] = None,
+    mlflow: Annotated[
+        Path | None,
+        typer.Option(
+            help="Also write the trials as runs of MLflow, to a database in this folder.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write tables and a page of results folders: a leaderboard of planners, local against global."""
     from graspbench.cli.printing import out, print_json, print_table
+    from graspbench.cli.ticker import Saying
     from graspbench.report.statistics import check_statistics
     from graspbench.report.tables import to_json_rows
 
@@ -65,13 +74,17 @@ def report(
             f"unknown report format '{unknown[0]}'", remedy=f"choose from {', '.join(_FORMATS)}"
         )
     check_statistics(_words(stat))
-    target = output or folders[0] / "report"
-    if compare:
-        tables, paths = _compare(folders, chosen, _words(value), target)
-    else:
-        tables, paths = _report(
-            folders, chosen, (_words(group), _words(stat), _words(value)), pictures, target
+    if compare and mlflow is not None:
+        raise ConfigurationError(
+            "--mlflow with --compare", remedy="export each folder by a report of its own"
         )
+    target = output or folders[0] / "report"
+    with Saying("reading the results") as saying:
+        if compare:
+            tables, paths = _compare(folders, chosen, _words(value), target)
+        else:
+            grouping = _words(group), _words(stat), _words(value)
+            tables, paths = _report(folders, chosen, grouping, pictures, target, mlflow, saying.now)
     if as_json:
         contents = {table.name: to_json_rows(table) for table in tables}
         print_json({"schema": 1, "files": [str(path) for path in paths], "tables": contents})
@@ -88,7 +101,10 @@ def _report(
     grouping: tuple[list[str], list[str], list[str]],
     pictures: Literal["auto", "embed", "link", "none"],
     target: Path,
+    mlflow: Path | None,
+    tell: Callable[[str], None],
 ) -> tuple[list["Table"], list[Path]]:
+    from graspbench.cli.printing import counted
     from graspbench.experiment import load_results, results_frame
     from graspbench.report import comparison_table, write_tables
     from graspbench.report.correlations import correlation_table
@@ -99,6 +115,7 @@ def _report(
 
     loaded = load_results(folders)
     frame = results_frame(loaded.results, loaded.folders)
+    tell(f"making tables of {counted(len(frame), 'trial')}")
     group, stat, value = grouping
     shown = [*planner_tables(frame), comparison_table(frame)]
     if group:
@@ -114,7 +131,15 @@ def _report(
     if "html" in formats:
         from graspbench.report.results_page import write_loaded_page
 
+        tell(f"writing the page of {counted(len(frame), 'trial')}")
         paths.append(write_loaded_page(folders, loaded, frame, target, shown, pictures))
+    if mlflow is not None:
+        from graspbench.report.mlflow_export import export_to_mlflow
+
+        tell(f"writing {counted(len(frame), 'trial')} as runs of MLflow")
+        name = ", ".join(folder.resolve().name for folder in folders)
+        database, _ = export_to_mlflow(frame, loaded, mlflow, name)
+        paths.append(database)
     return shown, paths
 
 

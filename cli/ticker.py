@@ -96,7 +96,12 @@ class Ticker:
 
 
 class Saying(Ticker):
-    """Prints what it is told, and how long that lasts until the next word comes."""
+    """Prints what it is told, and how long that lasts until the next word comes.
+
+    Args:
+        first: What goes on at first; not printed, unless it lasts.
+        live: See `Ticker`; not for who prints to stdout meanwhile.
+    """
 
     def __init__(self, first: str, live: bool = True) -> None:
         self._last = Activity(first)
@@ -105,6 +110,11 @@ class Saying(Ticker):
     def __enter__(self) -> "Saying":
         super().__enter__()
         return self
+
+    def now(self, name: str, *more: str) -> None:
+        """Tell from now on that something goes on; the same with more to say of it has gone on since then."""
+        since = self._last.since if name == self._last.name else time.perf_counter()
+        self._last = Activity(name, since, more)
 
     def say(self, text: str) -> None:
         """Print a line, and tell from now on that what it says goes on."""

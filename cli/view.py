@@ -18,10 +18,13 @@ def view(
 ) -> None:
     """Write the page of one or more results folders and open it in a browser."""
     from graspbench.cli.printing import err, out
-    from graspbench.report.results_page import write_results_page
+    from graspbench.cli.ticker import Saying
 
     chosen = folders or [Path("results")]
-    path = write_results_page(chosen, chosen[0] / "report").resolve()
+    with Saying("reading the results and writing their page"):
+        from graspbench.report.results_page import write_results_page
+
+        path = write_results_page(chosen, chosen[0] / "report").resolve()
     out.print(f"page      {path}")
     if show and not webbrowser.open(path.as_uri()):
         err.print("no browser could be started here; open the page with yours")

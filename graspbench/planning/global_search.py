@@ -67,7 +67,7 @@ def plan_global(
         starts: Grasps on this surface that the hand is known to hold, for example a local planner's and what
             it was refined to.
         on_begin: Called with how far the search is when it begins; what it is given goes on changing, so that
-            another thread can look on. Not called where all triples are enumerated by ``mirtich_canny``.
+            another thread can look on.
 
     Raises:
         ConfigurationError: The measure is unknown, or the number of contacts is not supported.
@@ -84,7 +84,7 @@ def plan_global(
     if np.count_nonzero(usable) < n_f:
         return problem.result(Found(None, -np.inf, -np.inf, True, 0), lambda _: -np.inf)
     if measure == "mirtich_canny":
-        return search_triangles(problem, starts)
+        return search_triangles(problem, starts, on_begin)
     return search_wrenches(problem, starts, on_begin)
 
 

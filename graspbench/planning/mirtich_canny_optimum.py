@@ -61,6 +61,7 @@ def largest_outer_triangle(
     accept: Callable[[IntArray], bool] | None = None,
     floor_m2: float = 0.0,
     out_of_time: Callable[[], bool] | None = None,
+    on_bound: Callable[[float], None] = lambda _: None,
 ) -> OuterTriangleOptimum:
     """Search all triples of nodes for the largest outer triangle within the thresholds (thesis A.2).
 
@@ -74,11 +75,13 @@ def largest_outer_triangle(
         accept: Asked whether a triple is a grasp, the largest first; None accepts each.
         floor_m2: Outer triangles that are not larger do not count.
         out_of_time: Asked now and then whether to stop.
+        on_bound: Told, m^2, each time that less is known to be the most that there can be.
     """
     started = perf_counter()
     search = _Search(surface, phi_cei_deg, phi_eegi_deg, usable, pair_limit_m, centre_tolerance_m)
     out_of_time = out_of_time or (lambda: False)
     bound, chosen, finished = largest_possible_m2(surface, phi_eegi_deg), None, False
+    on_bound(bound)
     listed = 1 if accept is None else _LISTED
     ceiling, last = np.inf, np.full(3, -1, dtype=np.int64)
     while chosen is None and not finished:
@@ -87,6 +90,7 @@ def largest_outer_triangle(
             break
         for triple, area in zip(triples, areas, strict=True):
             bound = float(area)
+            on_bound(bound)
             if out_of_time():
                 break
             if accept is None or accept(triple):

@@ -28,8 +28,8 @@ GRASP = (0.66, 0.00, 0.12)
 OUTLINE = (0.05, 0.95, 0.45)
 BOX = (1.0, 0.72, 0.0)
 INK = "#22262b"
-LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-"""Colours of curves, after Okabe and Ito."""
+LINES = ("#004a80", "#c2410c", "#009e73", "#e69f00")
+"""Colours of curves, after Okabe and Ito, with steps of lightness."""
 
 DPI = 100
 """Of a layout: pictures are laid out in pixels of this size."""

@@ -32,6 +32,7 @@ _ALWAYS = (
     "quality.friction",
     "quality.torque_length",
     "stations",
+    "scene.motion",
     "motion",
     "contact.kind",
     "clik.method",

@@ -11,6 +11,7 @@ from graspbench.simulation.control_parameters import (
     HybridParameters,
     ObjectImpedanceParameters,
 )
+from graspbench.simulation.touch_parameters import TouchParameters
 
 
 @dataclass(frozen=True)
@@ -90,10 +91,20 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="Objects are not lifted whose weight times this is more than joints and friction can "
-            "carry with the planned grasp at best; 0: all are tried",
+            description="Objects whose weight times this is more than joints and friction can carry with the "
+            "planned grasp at best are planned for again, and not lifted when no grasp carries them; 0: all "
+            "are tried as planned",
         ),
     ] = 1.5
+    strengthen_below: Annotated[
+        float,
+        Field(
+            ge=0,
+            lt=1,
+            description="A grasp whose contacts keep a smaller share of their friction when the fingers "
+            "squeeze climbs Q3 before it is executed; 0: every grasp is executed as planned",
+        ),
+    ] = 0.45
     steady_share: Annotated[
         float,
         Field(
@@ -149,3 +160,6 @@ class ExecutionParameters:
         float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
     ] = 4.0
     shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0
+    touch: Annotated[TouchParameters, Field(description="Exploring touches before the grasp")] = field(
+        default_factory=TouchParameters
+    )

@@ -2,8 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from graspbench.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from graspbench.simulation.exploration import Exploration
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,9 @@ class ExecutionResult:
         twists_nm: Largest torque resisted about the same axes; None if not asked for.
         time_s: Simulated time.
         motion: Samples for the record.
+        explored: What exploring touches found; None without any.
+        contacts: Where each finger touched first and the normal there, INTO the object, in the object's frame
+            after the last touch, shape (n_f, 2, 3); None unless all did.
         steps: Answers of the held object to a step of its goal ("goal") and of a force on it ("force").
     """
 
@@ -115,6 +122,8 @@ class ExecutionResult:
     twists_nm: tuple[float, ...] | None
     time_s: float
     motion: Motion
+    explored: "Exploration | None" = None
+    contacts: FloatArray | None = None
     steps: Mapping[str, StepOutcome] = field(default_factory=dict)
 
     @property

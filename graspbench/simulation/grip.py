@@ -27,7 +27,7 @@ class Grip:
 
     Attributes:
         control: The fingers' force control.
-        palm: Where the palm is wanted, transform_palm_to_world, shape (4, 4).
+        palm: Where the palm is wanted, transform_palm_to_world, shape (4, 4); of a moving object, as planned.
         phases: Outcomes so far, up to the first phase that lost the object.
         reason: Why the object was lost, one clause; None if it was not.
     """
@@ -40,7 +40,7 @@ class Grip:
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
-        self.palm = stage.hand.palm_pose()
+        self.palm = stage.palm_pose()
         self.phases: list[PhaseOutcome] = []
         self.reason: str | None = None
 
@@ -51,12 +51,12 @@ class Grip:
         for k in range(steps):
             if k % max(1, steps // 4) == 0:
                 self.control.distribute()
-            self.control.drive(self.palm, smooth((k + 1) / steps), 0.0)
+            self.control.drive(self._goal(), smooth((k + 1) / steps), 0.0)
             stage.step()
         self.control.distribute()
         self.control.rest_here()
         for k in range(steps // 2):
-            self.control.drive(self.palm, 1.0, smooth((k + 1) / (steps // 2)))
+            self.control.drive(self._goal(), 1.0, smooth((k + 1) / (steps // 2)))
             stage.step()
         self._reference = self.object_in_palm()
         self._slip.look()
@@ -67,13 +67,14 @@ class Grip:
         steps = self._steps(phase.time_s)
         centre = self.object_in_palm()[:, 3]
         centres = np.empty((steps + 2, 3))
-        centres[:2] = (self.palm @ centre)[:3]
+        centres[:2] = (self._goal() @ centre)[:3]
         self._slip.begin_phase()
         for k in range(1, steps + 1):
             self.palm = phase.motion(k / steps)
-            self.control.drive(self.palm, 1.0, 1.0)
+            goal = self._goal()
+            self.control.drive(goal, 1.0, 1.0)
             self._stage.step()
-            centres[k + 1] = (self.palm @ centre)[:3]
+            centres[k + 1] = (goal @ centre)[:3]
             if k % self._look == 0:
                 self._slip.look()
                 self._response.feel(self._slip.slip_m)
@@ -84,7 +85,7 @@ class Grip:
         self._slip.begin_phase()
         for k in range(1, steps + 1):
             drive(k)
-            self.control.drive(self.palm, 1.0, 1.0)
+            self.control.drive(self._goal(), 1.0, 1.0)
             self._stage.step()
             if k % self._look == 0:
                 self._slip.look()
@@ -149,7 +150,7 @@ class Grip:
         resisted = 0.0
         for k in range(1, steps + 1):
             apply(k / steps)
-            self.control.drive(self.palm, 1.0, 1.0)
+            self.control.drive(self._goal(), 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
@@ -170,6 +171,10 @@ class Grip:
     def _new_response(self) -> SlipResponse:
         p = self._stage.parameters
         return SlipResponse(self.control, p.slip_response, p.slip_force_limit_n)
+
+    def _goal(self) -> FloatArray:
+        """Return where the palm shall be in the world after the next step, shape (4, 4)."""
+        return self._stage.carried(self.palm, self._stage.time_step_s)
 
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))

@@ -148,6 +148,49 @@ class SimulatedHand:
             physicsClientId=self._client,
         )
 
+    def drive_by_torques(self, rotor_inertia_kg_m2: float) -> None:
+        """Switch the fingers' motors off, for `apply_torques`, and give every joint its motor's inertia.
+
+        Args:
+            rotor_inertia_kg_m2: Inertia of a joint's motor, as it is felt behind the gears.
+        """
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.VELOCITY_CONTROL,
+            forces=[0.0] * len(self._joint_ids),
+            physicsClientId=self._client,
+        )
+        for link in self._joint_ids:
+            moments = pybullet.getDynamicsInfo(self.body, link, physicsClientId=self._client)[2]
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                localInertiaDiagonal=[moment + rotor_inertia_kg_m2 for moment in moments],
+                physicsClientId=self._client,
+            )
+
+    def apply_torques(self, torques: FloatArray) -> None:
+        """Apply torques within the joints' limits for the next step, shape (n_q,), N m."""
+        limits = self.hand.effort_limits
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.TORQUE_CONTROL,
+            forces=np.minimum(np.maximum(torques, -limits), limits).tolist(),
+            physicsClientId=self._client,
+        )
+
+    def touching(self, least_force_n: float) -> int:
+        """Return how many fingers touch the object with at least a normal force, as `touches` finds them."""
+        found = pybullet.getContactPoints(self.world.object_id, self.body, physicsClientId=self._client)
+        tips, others = [0.0] * self.hand.n_fingers, [0.0] * self.hand.n_fingers
+        for contact in found:
+            owner = self._finger_of_link.get(contact[4])
+            if owner is not None and contact[9] > 0.0:
+                (tips if owner[1] else others)[owner[0]] += contact[9]
+        return sum((tip or other) >= least_force_n for tip, other in zip(tips, others, strict=True))
+
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Return joint positions and velocities, each shape (n_q,)."""
         states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)

@@ -5,19 +5,22 @@ each result in the shared results folder. A job that is preempted or requeued be
 stored; the trials of a job that is lost altogether are submitted again.
 """
 
+import errno
 import os
 import signal
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from graspbench.config.engine import EngineParameters
 from graspbench.errors import ConfigurationError
-from graspbench.results.store import ResultStore
+from graspbench.results.store import ResultStore, writable
 from graspbench.results.trial_result import TrialResult
 from graspbench.sweep.worker import Limits, PendingTrial
 from graspbench.trial.runner import failed_result
@@ -124,12 +127,13 @@ def is_stored(task: PendingTrial, store: ResultStore) -> bool:
 def _executor(root: Path, engine: EngineParameters) -> Any:
     import submitit
 
-    folder = root / JOBS_FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _new_folder(root / JOBS_FOLDER)
     try:
         executor = submitit.AutoExecutor(folder=folder / "%j", cluster=engine.cluster)
     except RuntimeError as error:
         folder.rmdir()
+        with suppress(OSError):
+            folder.parent.rmdir()
         raise ConfigurationError(
             "engine=slurm finds no SLURM here (no srun)",
             remedy="start the sweep on a login node, or set engine.cluster=local to try it",
@@ -147,6 +151,19 @@ def _executor(root: Path, engine: EngineParameters) -> Any:
     if engine.partition is not None:
         executor.update_parameters(slurm_partition=engine.partition)
     return executor
+
+
+def _new_folder(parent: Path) -> Path:
+    """Make a folder for the jobs of this sweep alone, under a name that nobody could foresee.
+
+    submitit hands jobs their work as pickles, which are programs, in files named by the jobs' numbers, and a
+    job that starts at once reads what is there: in a results folder that came from somebody, maybe theirs.
+    """
+    with writable(parent):
+        parent.mkdir(parents=True, exist_ok=True)
+        if parent.is_symlink():
+            raise OSError(errno.ELOOP, "it is a link")
+        return Path(tempfile.mkdtemp(dir=parent, prefix=time.strftime("%Y%m%d-")))
 
 
 def _submit(executor: Any, chunks: Sequence[Chunk], attempt: int) -> list[_Submitted]:

@@ -1,6 +1,7 @@
 """What happens inside a worker: one trial after the other, in a process that may die alone."""
 
 import contextlib
+import ctypes
 import faulthandler
 import os
 import resource
@@ -17,7 +18,7 @@ from pathlib import Path
 from graspbench.config.engine import EngineParameters
 from graspbench.config.trial_config import TrialConfig
 from graspbench.results.store import ResultStore, writable
-from graspbench.sweep.watchdog import send
+from graspbench.sweep.watchdog import own_memory, send
 from graspbench.threads import share_threads
 from graspbench.trial.runner import Listener, failed_result, fault_file, run_and_store
 
@@ -25,7 +26,10 @@ PRELOADED = ("graspbench.sweep.worker", "graspbench.trial.pipeline")
 _TRACEBACK_BEFORE_TIMEOUT_S = 0.5
 # The watchdog sees memory that is used; far more, asked for at once, fails where it is asked for.
 _MAX_AT_ONCE_BYTES = 4 << 30
+# What the C library may keep of freed memory before it is told to give it back, which takes some 10 ms.
+_MAX_KEPT_BYTES = 96 << 20
 
+_settled_bytes = 0
 _line: Connection | None = None
 
 
@@ -119,7 +123,22 @@ def run_limited(task: PendingTrial, root: Path, limits: Limits) -> bool:
             failed_result(task.config, store, "failed", "memory: the trial needed more than its limit.")
         return True
     finally:
+        give_memory_back()
         tell("end")
+
+
+def give_memory_back(most_kept: int = _MAX_KEPT_BYTES) -> None:
+    """Have the C library give freed memory back, if it may have kept more than so many bytes.
+
+    Freed arrays leave holes that the next trial fills only in part, so that a worker would grow for hundreds
+    of trials though nothing leaks.
+    """
+    global _settled_bytes
+    if own_memory() <= _settled_bytes + most_kept:
+        return
+    with contextlib.suppress(AttributeError, OSError):  # not glibc
+        ctypes.CDLL(None).malloc_trim(0)
+    _settled_bytes = own_memory()
 
 
 @contextmanager

@@ -155,9 +155,12 @@ def test_mutated_trees_are_told_about_in_one_sentence(kind):
         "manipulation": (load_manipulation_config(), manipulation_config_from_tree),
     }[kind]
     tree = first.as_tree()
-    used = sum(used_or_told(load, mutated_tree(tree, rng)) for _ in range(COUNT // 2))
+    used = 0
+    for k in range(COUNT // 2):
+        with BUDGET.case(k):
+            used += used_or_told(load, mutated_tree(tree, rng))
     assert 0 < used < COUNT // 2
-    BUDGET.check_memory()
+    BUDGET.check()
 
 
 @BUDGET.timeout
@@ -168,9 +171,10 @@ def test_mutated_overrides_are_told_about_in_one_sentence():
     for _ in range(COUNT):
         overrides = [mutated_override(keys, rng) for _ in range(rng.integers(1, 3))]
         primary = "manipulate" if rng.integers(2) else "config"
-        used += used_or_told(load_any_config, overrides, None, primary)
+        with BUDGET.case(ascii(overrides)[:300]):
+            used += used_or_told(load_any_config, overrides, None, primary)
     assert 0 < used < COUNT
-    BUDGET.check_memory()
+    BUDGET.check()
 
 
 @pytest.mark.parametrize("first", [first_of_grid, first_of_search])
@@ -183,5 +187,7 @@ def test_mutated_grids_are_told_about_in_one_sentence(first):
         overrides = [mutated_override(keys, rng) for _ in range(rng.integers(0, 2))]
         chosen = rng.choice(["seed", "index.k_e", "object", "object.id", *keys, *ENGINE], rng.integers(1, 3))
         overrides += [f"{key}={GRIDS[rng.integers(len(GRIDS))]}" for key in chosen]
-        used += used_or_told(first, overrides)
+        with BUDGET.case(ascii(overrides)[:300]):
+            used += used_or_told(first, overrides)
     assert 0 < used < COUNT // 2
+    BUDGET.check()

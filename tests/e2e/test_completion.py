@@ -1,4 +1,4 @@
-"""Completion of commands, options and values, also in a real bash."""
+"""Completion of commands, options and values, also in a real bash, zsh and fish."""
 
 import os
 import pty
@@ -45,21 +45,30 @@ def test_values_are_the_schemas():
     assert STATISTICS == statistics.STATISTICS
 
 
-@pytest.fixture(scope="module")
-def bash(tmp_path_factory):
-    """Return what a line becomes when the tabulator is pressed at its end, in an interactive bash."""
-    if shutil.which("bash") is None:
-        pytest.skip("there is no bash")
-    folder = tmp_path_factory.mktemp("bash")
+SHELLS = {
+    "bash": (["--norc", "--noprofile", "-i"], "bind 'set bell-style none'"),
+    "zsh": (["-f", "-i"], "autoload -U compinit; compinit -u"),
+}
+
+
+@pytest.fixture(scope="module", params=SHELLS)
+def shell(request, tmp_path_factory):
+    """Return what a line becomes when the tabulator is pressed at its end, in an interactive shell."""
+    name = request.param
+    if shutil.which(name) is None:
+        pytest.skip(f"there is no {name}")
+    arguments, prepared = SHELLS[name]
+    folder = tmp_path_factory.mktemp(name)
     bin_dir = str(Path(sys.executable).parent)
     environment = os.environ | {
         "PATH": f"{bin_dir}:{os.environ['PATH']}",
         "TERM": "dumb",
+        "HOME": str(folder),
         "PS1": "",
         "PS2": "",
     }
     shown = subprocess.run(
-        ["graspbench", "--show-completion", "bash"],
+        ["graspbench", "--show-completion", name],
         env=environment | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"},
         capture_output=True, text=True, check=True,
     )  # fmt: skip
@@ -67,7 +76,7 @@ def bash(tmp_path_factory):
     process, terminal = pty.fork()
     if process == 0:
         os.chdir(folder)
-        os.execvpe("bash", ["bash", "--norc", "--noprofile", "-i"], environment)
+        os.execvpe(name, [name, *arguments], environment)
 
     def read_until(pattern: str, seconds: float = 120.0) -> re.Match[str]:
         seen, end = "", time.monotonic() + seconds
@@ -76,16 +85,16 @@ def bash(tmp_path_factory):
                 seen += os.read(terminal, 65536).decode(errors="replace")
                 if found := re.search(pattern, seen):
                     return found
-        raise AssertionError(f"bash said {seen!r}")
+        raise AssertionError(f"{name} said {seen!r}")
 
-    os.write(terminal, b"bind 'set bell-style none'; source ./script; echo READY-$((1+1))\n")
+    os.write(terminal, f"{prepared}; source ./script; echo READY-$((1+1))\n".encode())
     read_until("READY-2")
 
     def complete(line: str) -> str:
         # then the line is printed instead of run: echo is put before it, and a mark behind it
         os.write(terminal, f"{line}\t".encode())
         os.write(terminal, b"\x05]'\x01echo '[\x0a")
-        return read_until(r"\r\n\[(.*)\]\r\n").group(1)
+        return read_until(r"\r\n\[([^\r]*)\]\r\n").group(1)
 
     yield complete
     os.kill(process, 9)
@@ -104,10 +113,11 @@ def bash(tmp_path_factory):
         ("graspbench objects show tedd", "graspbench objects show teddy "),
         ("graspbench run --outp", "graspbench run --output "),
         ("graspbench report x --stat mean,med", "graspbench report x --stat mean,median "),
+        ("graspbench report ./scri", "graspbench report ./script "),
     ],
 )
-def test_bash_completes(bash, line, completed):
-    assert bash(line) == completed
+def test_a_shell_completes(shell, line, completed):
+    assert shell(line) == completed
 
 
 @pytest.mark.parametrize(

@@ -70,15 +70,47 @@ def test_a_disk_that_takes_no_more_is_no_failure_of_the_trial(cli, tmp_path, num
 
 
 @pytest.fixture
-def small_disk(tmp_path):
-    """A disk of 400 kB, where one may be mounted."""
+def disk(tmp_path):
+    """Mount a small disk with options, where one may be mounted."""
     place = tmp_path / "disk"
     place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=400k", "none", str(place)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
-        pytest.skip("no disk can be mounted here")
-    yield place
-    subprocess.run(["umount", "-l", str(place)], check=False)
+
+    def mount(options):
+        command = ["mount", "-t", "tmpfs", "-o", options, "none", str(place)]
+        if os.geteuid() != 0 or subprocess.run(command, capture_output=True, check=False).returncode:
+            pytest.skip("no disk can be mounted here")
+        return place
+
+    yield mount
+    subprocess.run(["umount", "-l", str(place)], capture_output=True, check=False)
+
+
+@pytest.fixture
+def small_disk(disk):
+    return disk("size=400k")
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ("ro", "Read-only file system"),
+        ("nr_inodes=1", "No space left on device"),
+        ("nr_inodes=4", "No space left on device"),
+        ("size=4k", "No space left on device"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_a_disk_without_room_is_one_sentence_and_is_left_as_it_was(cli, disk, command, options, reason):
+    place = disk(options)
+    jobs = ("--jobs", 0) if command == "sweep" else ()
+    finished = cli(command, *QUICK, "record=scores", *jobs, "-o", place / "r")
+    assert finished.code == 2, finished.stderr
+    assert "Traceback" not in finished.stderr
+    last = finished.stderr.splitlines()[-1]
+    assert last.startswith("graspbench: ")
+    assert reason in last
+    assert str(place) in last
+    assert not [path for path in place.rglob("*") if path.name == "result.json" or "partial" in path.name]
 
 
 def test_a_disk_that_fills_stops_a_sweep_that_can_go_on(process, small_disk):

@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 from tests.fuzz import Budget
-from tests.sweep.test_signals import QUICK, _group_is_gone
+from tests.sweep.test_signals import QUICK, _group_is_gone, _heed_signals
 
 BUDGET = Budget(2, most=60)
 COUNT = BUDGET.count
@@ -65,30 +65,35 @@ def test_signals_at_random_moments(tmp_path):
     output, before = tmp_path / "r", {}
     for k in range(COUNT):
         how = ("worker", signal.SIGKILL)[k // 2 % 2] if k % 2 else GENTLE[k // 2 % 3]
-        left = set(output.glob(".*.partial"))  # by a kill before
-        process = subprocess.Popen(
-            [*COMMAND, str(output)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-            start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        )  # fmt: skip
-        if rng.integers(2):  # while trials are run, however long the start takes
-            while process.poll() is None and len(stored(output)) == len(before):
-                time.sleep(0.1)
-            time.sleep(float(rng.uniform(0.0, 1.5)))
-        else:
-            time.sleep(float(rng.uniform(0.5, 8.0)))
-        errors = ends(process, how, rng)
-        assert process.returncode in (130, 2, -signal.SIGKILL, *(-each for each in GENTLE)), (how, errors)
-        assert "Traceback" not in errors, (how, errors)
-        deadline = time.monotonic() + 20
-        while not _group_is_gone(process.pid) and time.monotonic() < deadline:
-            time.sleep(0.1)
-        assert _group_is_gone(process.pid), how
-        after = stored(output)
-        assert {trial: after.get(trial) for trial in before} == before, how  # nothing lost, nothing run twice
-        before = after
-        if how in GENTLE and output.is_dir():
-            assert set(output.glob(".*.partial")) <= left, how
+        with BUDGET.case(f"{k}, {how!r}"):
+            interrupt(how, output, before, rng)
+        before = stored(output)
     assert COUNT < 10 or before
-    BUDGET.check_memory()
+    BUDGET.check()
     print(f"{COUNT} signals, {len(before)} trials stored")
+
+
+def interrupt(how, output, before, rng):
+    """Start a sweep, send a signal at a random moment, look at what is left."""
+    left = set(output.glob(".*.partial"))  # by a kill before
+    process = subprocess.Popen(
+        [*COMMAND, str(output)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=_heed_signals,
+    )  # fmt: skip
+    if rng.integers(2):  # while trials are run, however long the start takes
+        while process.poll() is None and len(stored(output)) == len(before):
+            time.sleep(0.1)
+        time.sleep(float(rng.uniform(0.0, 1.5)))
+    else:
+        time.sleep(float(rng.uniform(0.5, 8.0)))
+    errors = ends(process, how, rng)
+    assert process.returncode in (130, 2, -signal.SIGKILL, *(-each for each in GENTLE)), errors
+    assert "Traceback" not in errors, errors
+    deadline = time.monotonic() + 20
+    while not _group_is_gone(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert _group_is_gone(process.pid)
+    after = stored(output)
+    assert {trial: after.get(trial) for trial in before} == before  # nothing lost, nothing run twice
+    if how in GENTLE and output.is_dir():
+        assert set(output.glob(".*.partial")) <= left

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from graspbench.sweep.watchdog import own_memory
+from graspbench.sweep.worker import give_memory_back
 from tests.sweep import planting
 
 
@@ -30,6 +31,21 @@ def test_memory_is_counted_as_it_is_used():
         np.frombuffer(hoard, dtype=np.uint8)[:] = 1
         assert own_memory() - before >= 0.9 * size
     assert own_memory(2**22 + 1) == 0  # no such process
+
+
+def test_memory_that_is_free_is_given_back():
+    give_memory_back(0)
+    before = own_memory()
+    blocks = [bytes(50_000) for _ in range(4000)]  # small enough for the heap, which ends where the last is
+    pinned = blocks[::100]
+    full = own_memory()
+    assert full - before > 150_000_000
+    del blocks
+    give_memory_back(1 << 40)
+    assert own_memory() > full - 150_000_000  # no more is kept than it may be
+    give_memory_back()
+    assert own_memory() - before < 40_000_000
+    assert len(pinned) == 40
 
 
 def test_whatever_allocates_is_ended_and_the_rest_goes_on(plugin, tmp_path):

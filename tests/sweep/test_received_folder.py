@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 
 import pytest
 
@@ -9,8 +10,9 @@ from graspbench.config.engine import MAX_JOBS_PER_CORE, load_engine
 from graspbench.errors import ConfigurationError, LogError, OutputError
 from graspbench.experiment.export import file_name
 from graspbench.results.store import ResultStore, read_result
+from graspbench.sweep.slurm_engine import JOBS_FOLDER, Chunk, _executor
 from graspbench.sweep.tune import STUDY_FILE, _readable_study
-from graspbench.sweep.worker import _last_words
+from graspbench.sweep.worker import Limits, _last_words
 from graspbench.trial.runner import fault_file
 
 TRIAL = "00000000ab"
@@ -77,6 +79,42 @@ def test_a_result_is_read_from_a_file_of_the_folder_alone(kind, tmp_path):
         path.write_text(json.dumps({"schema": 3, "times_s": {f"x{i}": i for i in range(30_000)}}))
     with pytest.raises(LogError, match="more than 20000 values" if kind == "values" else "no regular file"):
         read_result(path)
+
+
+class _Program:
+    """What a pickle may be: something that is done when it is read."""
+
+    def __init__(self, command):
+        self.command = command
+
+    def __reduce__(self):
+        return os.system, (self.command,)
+
+
+def test_no_pickle_of_a_received_folder_is_read_or_written(tmp_path):
+    root, marker = tmp_path / "r", tmp_path / "done"
+    trap = pickle.dumps(_Program(f"touch {marker}"))
+    traps = []
+    for number in range(os.getpid(), os.getpid() + 400):  # of the jobs to come
+        folder = root / JOBS_FOLDER / str(number)
+        folder.mkdir(parents=True)
+        traps += [folder / f"{number}_submitted.pkl", folder / f"{number}_0_result.pkl"]
+    for path in traps:
+        path.write_bytes(trap)
+    executor = _executor(root, load_engine(["engine=slurm", "engine.cluster=local"]))
+    job = executor.submit(Chunk((), root, Limits()))
+    assert job.result() == 0  # trials were run
+    assert not marker.exists()
+    assert all(path.read_bytes() == trap for path in traps)
+
+
+def test_jobs_are_kept_in_a_folder_of_the_folder_alone(tmp_path):
+    (tmp_path / "r").mkdir()
+    (tmp_path / JOBS_FOLDER).mkdir()
+    (tmp_path / "r" / JOBS_FOLDER).symlink_to(tmp_path / JOBS_FOLDER)
+    with pytest.raises(OutputError, match=r"^nothing can be written to [^\n]*it is a link[^\n]*$"):
+        _executor(tmp_path / "r", load_engine(["engine=slurm", "engine.cluster=local"]))
+    assert not list((tmp_path / JOBS_FOLDER).iterdir())
 
 
 def test_an_exported_file_stays_in_its_folder():

@@ -1,0 +1,46 @@
+"""The sentence that a run ends with."""
+
+from dataclasses import replace
+
+import pytest
+
+from graspbench.cli.verdict import verdict
+from graspbench.results.physical_results import PhaseResult
+from tests.report.made import EXECUTED, made_result
+
+
+def phases(held, slip_m=0.0004):
+    return {
+        name: PhaseResult(
+            name=name, contacts=3, contacts_lost=0, slip_m=slip_m * k, drift_m=0.0, turn_deg=0.0,
+            load_weight=1.0, held=name in held,
+        )
+        for k, name in enumerate(("squeeze", "lift", "hold"))
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("execution", "said"),
+    [
+        (None, "A grasp was planned; nothing was executed."),
+        (
+            replace(EXECUTED, phases=phases(("squeeze", "lift", "hold"))),
+            "Held through squeeze, lift, hold; the contacts slid by up to 0.8 mm; "
+            "it resists 2 times its weight in the weakest direction.",
+        ),
+        (
+            replace(EXECUTED, phases=phases(("squeeze",)), success=False, reason="the object fell"),
+            "Lost in the phase lift: the object fell.",
+        ),
+        (
+            replace(EXECUTED, phases={}, success=False, reason="2 of 3 fingers touched"),
+            "Lost before it was lifted: 2 of 3 fingers touched.",
+        ),
+        (
+            replace(EXECUTED, phases={}, largest_push_weight=None),
+            "Held by 3 fingers in touch.",
+        ),
+    ],
+)
+def test_it_says_whether_the_object_was_held_and_where_it_was_lost(execution, said):
+    assert verdict(made_result("00000000aa", execution=execution)) == said
