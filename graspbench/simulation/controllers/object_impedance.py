@@ -48,10 +48,17 @@ class ObjectImpedance(LinearizedControl):
     def _law(self, error: FloatArray, rate: FloatArray, state: GraspState) -> Wanted:
         felt = self._stage.hand.force_on_object(state.pose[:3, 3])
         found = self._observer.observe(state, self._dynamics.gravity_wrench, felt)
+        counted_on = self._external
         self._external = found.external if self._parameters.feels_wrench else np.zeros(6)
+        # A push is felt a step late; till then the object was as light as it is, and gained too much speed.
+        change = self._external - counted_on
+        gained = self._dt * (
+            np.linalg.solve(state.inertia_with_fingers(), change)[:3] - change[:3] / self._parameters.mass_kg
+        )
+        shift = self._shift.acceleration(error[:3], rate[:3] - gained, self._external[:3])
         acceleration = np.concatenate(
             (
-                self._shift.acceleration(error[:3], rate[:3], self._external[:3]),
+                shift - gained / self._dt,
                 self._turn.acceleration(error[3:], rate[3:], self._external[3:]),
             )
         )
