@@ -26,6 +26,7 @@ class ObjectImpedance(LinearizedControl):
         super().__init__(stage, fingers, touches)
         p = stage.parameters.object_impedance
         self._parameters = p
+        self._mass_kg = p.mass_kg
         self.model = p.mass_kg, p.damping_ns_m, p.stiffness_n_m
         self.pushed_model = self.model if p.feels_wrench else None
         self._shift = SecondOrder(p.mass_kg, p.damping_ns_m, p.stiffness_n_m, stage.time_step_s)
@@ -37,11 +38,11 @@ class ObjectImpedance(LinearizedControl):
 
     def memory(self) -> Any:
         """Return what `recall` takes to return to the present."""
-        return super().memory(), self._observer.memory()
+        return super().memory(), self._observer.memory(), self._external
 
     def recall(self, memory: Any) -> None:
         """Return to a time before."""
-        own, observed = memory
+        own, observed, self._external = memory
         super().recall(own)
         self._observer.recall(observed)
 
@@ -52,9 +53,8 @@ class ObjectImpedance(LinearizedControl):
         self._external = found.external if self._parameters.feels_wrench else np.zeros(6)
         # A push is felt a step late; till then the object was as light as it is, and gained too much speed.
         change = self._external - counted_on
-        gained = self._dt * (
-            np.linalg.solve(state.inertia_with_fingers(), change)[:3] - change[:3] / self._parameters.mass_kg
-        )
+        speed = np.linalg.solve(state.inertia_with_fingers(), change)[:3] - change[:3] / self._mass_kg
+        gained = np.asarray(self._dt * speed, dtype=np.float64)
         shift = self._shift.acceleration(error[:3], rate[:3] - gained, self._external[:3])
         acceleration = np.concatenate(
             (
