@@ -91,3 +91,24 @@ def test_an_object_that_is_lost_leaves_a_picture_of_it(cli, tmp_path):
     assert finished.document["execution"]["phases"]
     (picture,) = tmp_path.glob("*/loss.png")
     assert cv2.imread(str(picture)).std() > 5
+
+
+def test_controllers_are_swept_and_reported_side_by_side(cli, tmp_path):
+    quick = (
+        "execution.until=hold", "execution.rotation_deg=0", "execution.lift_time_s=0.4",
+        "execution.lift_height_m=0.05", "execution.hold_time_s=0.1", "execution.step_m=0.003",
+    )  # fmt: skip
+    controls = "execution.control=joint_impedance,object_impedance"
+    swept = cli("sweep", *CHEAP, *quick, controls, "engine=inline", "-o", tmp_path, "--json")
+    assert swept.code == 0, swept.stderr
+    value = "execution.steps.goal.error,execution.steps.goal.end"
+    report = cli("report", tmp_path, "--group", "execution.control", "--value", value, "--json")
+    assert report.code == 0, report.stderr
+    assert "object_impedance" in report.stdout
+    assert "execution.steps.goal.end" in report.stdout
+
+
+def test_an_unknown_controller_is_refused_in_one_sentence(cli, tmp_path):
+    finished = cli("run", *CHEAP, "execution.control=magic", "-o", tmp_path)
+    assert finished.code == 2
+    assert "object_impedance" in finished.stderr
