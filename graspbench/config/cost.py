@@ -21,6 +21,9 @@ SOON_SECONDS = 120.0
 _S_PER_RENDERED_SAMPLE = 8e-8
 _S_PER_PIXEL = 1e-7
 _S_PER_PHYSICS_STEP = 1.5e-3
+_S_PER_BELT_STEP = 2e-4
+_BELT_STEP_S = 1.0 / 480.0
+_WIDE_VIEWS = 6
 _S_PER_ITERATION = 6e-6  # of the solver, in one physics step
 _S_PER_CONTROL_STEP = 1e-4
 _S_PER_PATH_SAMPLE = 5e-4
@@ -66,6 +69,8 @@ def costs(parts: Mapping[str, Any]) -> tuple[Cost, ...]:
         parts: The validated parameters by section.
     """
     found = [_images(parts), _surface(parts), _paths(parts), _execution(parts)]
+    if parts["scene"].motion != "none":
+        found.append(_travel(parts))
     if "clik" in parts:
         steps = parts["motion"].duration_s / parts["clik"].step_s
         what = "the motion (motion.duration_s by clik.step_s)"
@@ -150,9 +155,19 @@ def _execution(parts: Mapping[str, Any]) -> Cost:
     pushed = 12 if p.twist_limit_nm > 0.0 else 6
     seconds += pushed * p.push_time_s if p.until == "pushes" else 0.0
     seconds += 3 * p.shake_time_s if p.until == "shakes" else 0.0
+    if p.until != "off" and p.touch.max_touches:
+        seconds += p.touch.max_touches * (2e-3 * p.touch.reach_mm / p.touch.speed_m_s + 0.5)
     each = _S_PER_PHYSICS_STEP + _S_PER_ITERATION * p.solver_iterations
     what = "the execution (its times by execution.time_step_s)"
     return _cost(what, seconds / p.time_step_s, "steps", each, _BYTES_PER_PHYSICS_STEP)
+
+
+def _travel(parts: Mapping[str, Any]) -> Cost:
+    stations, travel = parts["stations"], parts["scene"].travel
+    images = _WIDE_VIEWS + 1 + stations.outer.count + stations.inner.count
+    steps = (images * travel.image_period_s + travel.planning_time_s) / _BELT_STEP_S
+    what = "the motion of the object (images by scene.travel.image_period_s, planning_time_s)"
+    return _cost(what, steps, "steps", _S_PER_BELT_STEP, 0.0)
 
 
 def _cost(what: str, count: float, unit: str, seconds_each: float, bytes_each: float) -> Cost:

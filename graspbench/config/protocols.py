@@ -13,7 +13,7 @@ from graspbench.config.side_group import option_content, option_names, parsed_va
 from graspbench.errors import ConfigurationError
 from graspbench.evaluation.judge import JudgeParameters
 from graspbench.evaluation.protocols.protocol import PROTOCOLS, GraspProtocol
-from graspbench.simulation.hold_stand import StandParameters
+from graspbench.simulation.stand_parameters import StandParameters
 
 GROUP = "protocol"
 SECTIONS: Mapping[str, type] = {"judge": JudgeParameters, "stand": StandParameters}

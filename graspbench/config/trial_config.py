@@ -289,6 +289,7 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     complete = follow(complete_with_defaults(tree, primary))
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     cost.check_cost(parts)
+    _check_motion(parts["scene"], primary)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
@@ -300,6 +301,33 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
         "planner_name": complete["planner"]["name"],
         **parts,
     }
+
+
+def _check_motion(scene: SceneParameters, primary: Primary) -> None:
+    """Refuse a moving or a shifted object where nothing can be moved."""
+    if (scene.unseen_shift_mm or scene.unseen_turn_deg) and scene.source != "simulation":
+        raise ConfigurationError(
+            "an object on images from files cannot be shifted after it was seen",
+            remedy="leave scene.unseen_shift_mm and scene.unseen_turn_deg at 0",
+            key="scene.unseen_shift_mm",
+            value=scene.unseen_shift_mm,
+        )
+    if (scene.unseen_shift_mm or scene.unseen_turn_deg) and scene.motion != "none":
+        raise ConfigurationError(
+            f"scene.motion = {scene.motion} and an unseen shift of the object exclude each other",
+            remedy="leave one of scene.motion and scene.unseen_shift_mm, scene.unseen_turn_deg out",
+            key="scene.motion",
+            value=scene.motion,
+        )
+    if scene.motion == "none" or (scene.source == "simulation" and primary == "config"):
+        return
+    what = "images from files" if scene.source != "simulation" else "in-hand motions"
+    raise ConfigurationError(
+        f"scene.motion = {scene.motion} cannot be used with {what}",
+        remedy="leave scene.motion out, or run a grasp with the simulated camera (scene.source=simulation)",
+        key="scene.motion",
+        value=scene.motion,
+    )
 
 
 def _check_manipulation(config: ManipulationConfig) -> None:

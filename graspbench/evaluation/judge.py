@@ -24,7 +24,7 @@ from graspbench.grasp.measure import MEASURES, evaluate_measures
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.model import HandModel
 from graspbench.hand.verification import overlaps
-from graspbench.simulation.hold_stand import StandParameters
+from graspbench.simulation.stand_parameters import StandParameters
 
 _MAX_DEPTH_M = 0.05
 

@@ -1,33 +1,29 @@
 """Grasps of a file judged and tried, whoever planned them; our own grasps written for others."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pebble import ProcessExpired, ProcessPool
 
 from graspbench.config.engine import check_jobs
 from graspbench.config.protocols import EvaluationParameters, load_evaluation, split_evaluation
-from graspbench.config.trial_config import TrialConfig, load_config
-from graspbench.errors import GraspbenchError, SimulationError
-from graspbench.evaluation.faults import combined_reading, find_fault, refuse_fault
+from graspbench.config.trial_config import TrialConfig
+from graspbench.errors import GraspbenchError
+from graspbench.evaluation.faults import find_fault, refuse_fault
 from graspbench.evaluation.formats.format import FormatContext, format_of, read_grasps
 from graspbench.evaluation.grasp_record import GraspRecord
-from graspbench.evaluation.judge import Judge, Judgement
-from graspbench.evaluation.table import bootstrap_interval, kendall_between
+from graspbench.evaluation.other_readings import combined_reading
+from graspbench.evaluation.table import kendall_between
+from graspbench.experiment.evaluation_table import protocol_table
+from graspbench.experiment.evaluation_work import evaluate_work, in_processes, split_work
+from graspbench.experiment.hand_and_object import hand_and_object
 from graspbench.geometry import ObjectParameters, load_object
-from graspbench.grasp import QualityParameters
-from graspbench.hand import HandParameters, load_hand
-from graspbench.report.statistics import wilson_interval
-from graspbench.simulation.hold_stand import HoldStand
+from graspbench.hand import load_hand
 
 SCHEMA = 1
-MAX_DEPTH_M = 0.001
-_CHUNK = 20
-_MESHES = (".obj", ".stl", ".ply", ".glb", ".off")
 
 
 @dataclass(frozen=True)
@@ -55,19 +51,6 @@ class EvaluateOptions:
     as_it_is: bool = False
     seed: int = 0
     jobs: int = 0
-
-
-@dataclass(frozen=True)
-class _Work:
-    """Grasps of one object at one scale, for one process."""
-
-    numbers: tuple[int, ...]
-    records: tuple[GraspRecord, ...]
-    hand: HandParameters
-    object: ObjectParameters
-    quality: QualityParameters
-    parameters: EvaluationParameters
-    seed: int
 
 
 @dataclass
@@ -143,9 +126,9 @@ def evaluate_records(
         on_grasp: Called with the grasps done and all of them.
     """
     check_jobs(jobs)
-    work = list(_split(records, config, parameters, seed, _CHUNK if jobs else len(records)))
+    work = list(split_work(records, config, parameters, seed))
     rows: list[dict[str, Any]] = []
-    for done in _in_processes(work, jobs) if jobs else map(_evaluate, work):
+    for done in in_processes(work, jobs) if jobs else map(evaluate_work, work):
         rows += done
         on_grasp(len(rows), len(records))
     rows.sort(key=lambda row: int(row["grasp"]))
@@ -164,176 +147,9 @@ def evaluate_records(
     return evaluation
 
 
-def hand_and_object(
-    hand: str, object_name: str, overrides: Sequence[str], config_dir: Path | None
-) -> TrialConfig:
-    """Compose hand, object and quality; all fingers of the hand are used unless ``hand.fingers`` is set.
-
-    Args:
-        hand: An option of the group ``hand``.
-        object_name: An option of the group ``object``, or a mesh file.
-        overrides: Further options.
-        config_dir: A user's folder with further groups and options.
-    """
-    is_mesh = Path(object_name).suffix.lower() in _MESHES
-    chosen = f"object.mesh={_quoted(object_name)}" if is_mesh else f"object={object_name}"
-    config = load_config(["record=off", f"hand={hand}", chosen, *overrides], config_dir)
-    fingers = len(config.hand.chains)
-    if config.hand.kind == "urdf" and not any(text.startswith("hand.fingers=") for text in overrides):
-        config = dataclasses.replace(config, hand=dataclasses.replace(config.hand, fingers=fingers))
-    return config
-
-
-def protocol_table(
-    rows: Sequence[Mapping[str, Any]], parameters: EvaluationParameters
-) -> list[dict[str, Any]]:
-    """Return successes by protocol with Wilson's interval, and mean values with the bootstrap's."""
-    table = [
-        _counted(
-            "force_closure",
-            "the closed hand's contacts resist any wrench",
-            [bool(r["force_closure"]) for r in rows],
-        ),
-        _counted(
-            "sound",
-            f"joints within limits, no links overlap, at most {1e3 * MAX_DEPTH_M:g} mm in the object",
-            [bool(row["sound"]) for row in rows],
-        ),
-    ]
-    for name, protocol in parameters.protocols.items():
-        outcomes = [row["protocols"][name] for row in rows if name in row["protocols"]]
-        row = _counted(name, protocol.description, [bool(each["success"]) for each in outcomes])
-        values = np.array([each["value"] for each in outcomes], dtype=np.float64)
-        low, high = bootstrap_interval(values)
-        mean = float(values.mean()) if len(values) else float("nan")
-        row |= {"value": mean, "value_low": low, "value_high": high, "unit": protocol.unit}
-        table.append(row)
-    return table
-
-
-def _counted(name: str, meaning: str, successes: Sequence[bool]) -> dict[str, Any]:
-    rate = wilson_interval(sum(successes), len(successes))
-    return {
-        "protocol": name,
-        "success": rate.value,
-        "low": rate.low,
-        "high": rate.high,
-        "grasps": len(successes),
-        "meaning": meaning,
-    }
-
-
 def _value(row: Mapping[str, Any], protocol: str) -> float:
     outcome = row["protocols"].get(protocol)
     return float("nan") if outcome is None else float(outcome["value"])
-
-
-def _split(
-    records: Sequence[GraspRecord],
-    config: TrialConfig,
-    parameters: EvaluationParameters,
-    seed: int,
-    size: int,
-) -> Iterator[_Work]:
-    scales: dict[float, list[int]] = {}
-    for i, record in enumerate(records):
-        scales.setdefault(record.object_scale, []).append(i)
-    for scale, numbers in scales.items():
-        for start in range(0, len(numbers), size):
-            chunk = tuple(numbers[start : start + size])
-            yield _Work(
-                numbers=chunk,
-                records=tuple(records[i] for i in chunk),
-                hand=config.hand,
-                object=dataclasses.replace(config.object, scale=scale),
-                quality=config.quality,
-                parameters=parameters,
-                seed=seed,
-            )
-
-
-def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[list[dict[str, Any]]]:
-    with ProcessPool(max_workers=jobs) as pool:
-        for each, future in [(each, pool.schedule(_evaluate, args=(each,))) for each in work]:
-            try:
-                yield future.result()
-            except ProcessExpired as error:
-                reason = f"the process ended with code {error.exitcode}"
-                yield [
-                    _row(i, record, None, reason)
-                    for i, record in zip(each.numbers, each.records, strict=True)
-                ]
-
-
-def _evaluate(work: _Work) -> list[dict[str, Any]]:
-    hand, model = load_hand(work.hand), load_object(work.object)
-    p = work.parameters
-    judge = Judge(hand, model, p.judge, work.quality, stiffness_nm_rad=p.stand.stiffness_nm_rad)
-    judged = judge.judge(work.records)
-    rows = [
-        _row(i, record, judgement)
-        for i, record, judgement in zip(work.numbers, work.records, judged, strict=True)
-    ]
-    if not work.parameters.protocols:
-        return rows
-    with HoldStand(hand, model, work.parameters.stand) as stand:
-        for row, record, judgement in zip(rows, work.records, judged, strict=True):
-            if record.grasp is not None:
-                row["protocols"] = _outcomes(stand, record, judgement, work, int(row["grasp"]))
-    return rows
-
-
-def _outcomes(
-    stand: HoldStand, record: GraspRecord, judgement: Judgement, work: _Work, number: int
-) -> dict[str, dict[str, Any]]:
-    outcomes = {}
-    for name, protocol in work.parameters.protocols.items():
-        try:
-            outcome = protocol.run(stand, record, judgement, work.seed + 7919 * number)
-        except SimulationError as error:
-            outcomes[name] = {"success": False, "value": 0.0, "reason": error.what}
-            continue
-        outcomes[name] = {
-            "success": outcome.success,
-            "value": outcome.value,
-            "reason": outcome.reason,
-            **outcome.details,
-        }
-    return outcomes
-
-
-def _row(
-    number: int, record: GraspRecord, judgement: Judgement | None, reason: str | None = None
-) -> dict[str, Any]:
-    row: dict[str, Any] = {
-        "grasp": number,
-        "source": record.source,
-        "confidence": record.confidence,
-        "object_scale": record.object_scale,
-        "status": "done" if judgement is not None else "crashed",
-        "reason": reason,
-        "contacts": 0,
-        "fingers": 0,
-        "depth_mm": None,
-        "sound": False,
-        "violations": [],
-        "force_closure": False,
-        "measures": {},
-        "protocols": {},
-    }
-    if judgement is None:
-        return row
-    with_hand = record.grasp is not None
-    sound = with_hand and not judgement.violations and judgement.depth_m <= MAX_DEPTH_M
-    return row | {
-        "contacts": len(judgement.contacts.points),
-        "fingers": len({finger for finger in judgement.fingers if finger >= 0}),
-        "depth_mm": 1e3 * judgement.depth_m if with_hand else None,
-        "sound": sound,
-        "violations": list(judgement.violations),
-        "force_closure": judgement.force_closure,
-        "measures": dict(judgement.measures),
-    }
 
 
 def _files(path: Path, name: str | None) -> list[tuple[Path, str]]:
@@ -354,8 +170,3 @@ def _scale(parameters: ObjectParameters) -> float:
 
 def _stated(protocol: Any) -> dict[str, Any]:
     return {"kind": type(protocol).__name__, **dataclasses.asdict(protocol)}
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
-    return f"'{escaped}'"

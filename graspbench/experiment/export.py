@@ -60,9 +60,12 @@ def export_results(
         config = config_from_tree(result.config)
         key = repr(config.hand), repr(config.object)
         place = key[1], repr(config.scene), config.seed
-        if place not in resting:
-            resting[place] = _resting(config)
-        to_world = resting[place]
+        if result.moving is not None:
+            to_world = np.array(result.moving.transform_object_to_world)
+        else:
+            if place not in resting:
+                resting[place] = _resting(config)
+            to_world = resting[place]
         sets.setdefault(key, (config, []))[1].extend(_records(result, grasps, config, to_world))
     if not sets:
         raise InputError(

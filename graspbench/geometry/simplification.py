@@ -18,12 +18,16 @@ def simplify(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArra
         return vertices, faces, 0.0
     solid = to_manifold(vertices, faces)
     size = float((vertices.max(axis=0) - vertices.min(axis=0)).max())
-    tolerance, effort = 1e-4 * size, 0
-    while not solid.is_empty() and solid.num_tri() > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size:
-        if (effort := effort + solid.num_tri()) > 3 * len(faces) + 1_000_000:
+    # What is far finer than wanted is far rougher, too, than a first step of so little could smooth.
+    tolerance, effort, used = 1e-4 * size * max(1.0, len(faces) / 100_000), 0, 0.0
+    while (
+        not solid.is_empty() and (count := solid.num_tri()) > MAX_KEPT_TRIANGLES and tolerance < 0.02 * size
+    ):
+        if (effort := effort + count) > 3 * len(faces) + 1_000_000:
             break  # so rough that a millimetre's tolerance would not help: it would take minutes
-        solid = solid.simplify(tolerance)
-        tolerance *= 1.5
+        solid, used = solid.simplify(tolerance), tolerance
+        # A step costs the same whatever it removes, so where it removed little the next is much longer.
+        tolerance *= 1.5 if solid.num_tri() < 0.8 * count else 3.0
     if solid.is_empty() or solid.num_tri() >= len(faces):
         return vertices, faces, 0.0
-    return *manifold_arrays(solid), tolerance / 1.5
+    return *manifold_arrays(solid), used

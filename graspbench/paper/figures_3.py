@@ -113,7 +113,9 @@ def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output:
     from graspbench.report.station_figure import draw_stations
 
     plan, planner, case, ending = trial.plan, config.planner, _case(config), _ending(config, trial)
-    paths = fingertip_paths(plan.history, planner.paths, planner.floating_distance_m, trial.hand)
+    paths = fingertip_paths(
+        plan.history, planner.paths, planner.floating_distance_m, trial.hand, trial.checker.ground_height_m
+    )
     caption = (
         f"equilateral within {row['equilateral_error_deg']:.1f}°   "
         f"plane {row['plane_offset_mm']:.1f} mm from the centroid   polygon {row['area_cm2']:.1f} cm²"

@@ -154,12 +154,14 @@ class View:
         image: RGB image, shape (height, width, 3).
         camera: The calibrated camera that took it (what the robot believes, noise included).
         mask: Where the object is, shape (height, width), if that is known from elsewhere.
+        time_s: When it was taken, if the scene moves.
     """
 
     station: str
     image: ImageArray
     camera: Camera
     mask: BoolArray | None = None
+    time_s: float | None = None
 
 
 def look_at(position: FloatArray, target: FloatArray) -> FloatArray:

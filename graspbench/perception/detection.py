@@ -90,7 +90,7 @@ def _look(
     """
     first: ImageError | None = None
     for factor in _STEPS_BACK:
-        views = [take(_wide_station(i, guess, slant, factor * distance_m)) for i, slant in enumerate(slants)]
+        views = [take(wide_station(i, guess, slant, factor * distance_m)) for i, slant in enumerate(slants)]
         try:
             return silhouettes(views, blobs)
         except ImageError as error:
@@ -105,18 +105,20 @@ def _look(
 
 def _radius(found: Sequence[Silhouette], centre: FloatArray) -> float:
     """Return the radius of the smallest ball about the centre whose cones hold all silhouettes."""
-    radii = []
-    for silhouette in found:
-        rows, columns = np.nonzero(silhouette.mask)
-        rays = silhouette.camera.rays(np.column_stack((columns + 0.5, rows + 0.5)))
-        towards = centre - silhouette.camera.position
-        distance = float(np.linalg.norm(towards))
-        cosine = float((rays @ (towards / distance)).min())
-        radii.append(distance * np.sqrt(1.0 - cosine**2))
-    return float(max(radii))
+    return max(enclosing_radius_m(silhouette, centre) for silhouette in found)
 
 
-def _wide_station(number: int, target: FloatArray, slant: tuple[float, float], distance_m: float) -> Station:
+def enclosing_radius_m(silhouette: Silhouette, centre: FloatArray) -> float:
+    """Return the radius of the smallest ball about a centre whose cone holds a silhouette."""
+    rows, columns = np.nonzero(silhouette.mask)
+    rays = silhouette.camera.rays(np.column_stack((columns + 0.5, rows + 0.5)))
+    towards = centre - silhouette.camera.position
+    distance = float(np.linalg.norm(towards))
+    cosine = float((rays @ (towards / distance)).min())
+    return distance * float(np.sqrt(1.0 - cosine**2))
+
+
+def wide_station(number: int, target: FloatArray, slant: tuple[float, float], distance_m: float) -> Station:
     """Return a station at the wide views' distance, slanted by angle and azimuth in degrees."""
     angle, azimuth = np.radians(slant)
     direction = np.array([np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth), np.cos(angle)])

@@ -1,10 +1,10 @@
-"""The hand's way to its grasp, clear of the object where one of a few ways is.
+"""The hand's way to its grasp, clear of object and ground where one of a few ways is.
 
 The thesis' way leads through the configurations that the planner went through. While the surface shrinks
 they lie around it, but a finger may cross a handle or a corner between two of them, or when the hand arrives.
 Then shorter ways are tried, down to the grasp's own contacts lifted along their normals, and arrivals from
-farther off. The first way on which neither links nor fingertips run into the surface is taken; where there is
-none, the one with the fewest samples inside it.
+farther off. The first way on which neither links nor fingertips run into the surface or the ground is taken;
+where there is none, the one with the fewest samples inside them.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,11 @@ _SHARES_OF_THE_WAY = (1.0, 0.5, 0.25, 0.0)
 
 
 def clear_approach(
-    history: Sequence[Grasp], surface: Surface, hand: HandModel, planner: AnyPlannerParameters
+    history: Sequence[Grasp],
+    surface: Surface,
+    hand: HandModel,
+    planner: AnyPlannerParameters,
+    ground_height_m: float | None = None,
 ) -> tuple[tuple[FingertipPath, ...], JointPath]:
     """Plan the fingertips' way to their contacts and the hand's motion along it.
 
@@ -38,6 +42,7 @@ def clear_approach(
         surface: The surface at rest, an obstacle.
         hand: The hand.
         planner: Floating distance and how paths are made.
+        ground_height_m: Height of the ground, an obstacle; None for none.
 
     Raises:
         PlanningError: The hand cannot follow any way to its grasp.
@@ -51,7 +56,7 @@ def clear_approach(
         for retreat in (1.0, _LONG_RETREATS):
             paths = replace(planner.paths, retreat_m=retreat * planner.paths.retreat_m)
             try:
-                way = _way(part, hand, posture, replace(planner, paths=paths))
+                way = _way(part, hand, posture, replace(planner, paths=paths), ground_height_m)
             except PlanningError as error:
                 refused = refused or error
                 break
@@ -64,6 +69,7 @@ def clear_approach(
                 motion.joints[::stride],
                 motion.closing // stride,
                 posture.fingers,
+                ground_height_m,
             ).mean()
             if best is None or sunk < best[0]:
                 best = float(sunk), way
@@ -82,7 +88,11 @@ def _parts(history: Sequence[Grasp]) -> list[Sequence[Grasp]]:
 
 
 def _way(
-    history: Sequence[Grasp], hand: HandModel, posture: HandPosture, planner: AnyPlannerParameters
+    history: Sequence[Grasp],
+    hand: HandModel,
+    posture: HandPosture,
+    planner: AnyPlannerParameters,
+    ground_height_m: float | None,
 ) -> tuple[tuple[FingertipPath, ...], JointPath]:
-    paths = fingertip_paths(history, planner.paths, planner.floating_distance_m, hand)
+    paths = fingertip_paths(history, planner.paths, planner.floating_distance_m, hand, ground_height_m)
     return paths, track(paths, hand, posture, planner.paths)

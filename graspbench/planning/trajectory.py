@@ -59,6 +59,7 @@ def fingertip_paths(
     parameters: PathParameters,
     floating_distance_m: float,
     hand: HandModel | None = None,
+    ground_height_m: float | None = None,
 ) -> tuple[FingertipPath, ...]:
     """Make smooth, timed paths through a plan's configurations.
 
@@ -71,27 +72,30 @@ def fingertip_paths(
 
     With a hand the paths stay within what it reaches from its grasp pose: configurations at the beginning
     that are too wide for it are left out, and the floating distance shrinks when even the last one is.
+    With a ground no tip goes lower on its way than the hand's margin above it: the first ellipsoid, and what
+    is lifted off an object's underside, reach below.
 
     Args:
         history: The plan's configurations, first to last; the last one is the grasp.
         parameters: Speed, filter and sampling.
         floating_distance_m: Distance delta_f from the surface on the way.
         hand: The hand that holds the last configuration's posture; None for no limits.
+        ground_height_m: Height of the ground in the world; None for none.
 
     Raises:
         PlanningError: The hand cannot back away from its contacts at all.
     """
-    distance, first = floating_distance_m, 0
+    distance, first, floor = floating_distance_m, 0, _floor(hand, ground_height_m)
     if hand is not None and hand.places_by_wrist and history[-1].posture is not None:
         return _own_paths(history, parameters, floating_distance_m, hand)
     if hand is not None and history[-1].posture is not None:
-        distance, first = _within_reach(history, parameters, floating_distance_m, hand)
-    lifted, normals = _filtered(history[first:], parameters, distance)
+        distance, first = _within_reach(history, parameters, floating_distance_m, hand, floor)
+    lifted, normals = _filtered(history[first:], parameters, distance, floor)
     approach, directions = _travel(lifted, normals, parameters)
 
     count = max(2, round(parameters.closing_time_s / parameters.time_step_s))
-    remaining = distance * (1.0 - minimum_jerk(np.arange(1, count + 1) / count))
-    closing = history[-1].points + remaining[:, None, None] * history[-1].normals
+    remaining = 1.0 - minimum_jerk(np.arange(1, count + 1) / count)
+    closing = history[-1].points + remaining[:, None, None] * (lifted[-1] - history[-1].points)
     whole = np.concatenate((approach, closing))
     outwards = np.concatenate((directions, np.broadcast_to(history[-1].normals, closing.shape)))
     times: FloatArray = parameters.time_step_s * np.arange(len(whole), dtype=np.float64)
@@ -132,35 +136,62 @@ def _own_paths(
     )
 
 
+@dataclass(frozen=True)
+class _Floor:
+    """How low tips may go: the foremost point of one whose normal is level, and how much lower others may."""
+
+    lowest_m: float
+    tip_radius_m: float
+
+    def raised(self, lifted: FloatArray, normals: FloatArray) -> FloatArray:
+        """Return foremost points, none of whose tips is too low, shape (..., 3)."""
+        lowest = self.lowest_m - self.tip_radius_m * normals[..., 2]
+        out = lifted.copy()
+        out[..., 2] = np.maximum(lifted[..., 2], lowest)
+        return out
+
+
+def _floor(hand: HandModel | None, ground_height_m: float | None) -> _Floor:
+    if hand is None or ground_height_m is None:
+        return _Floor(-np.inf, 0.0)
+    return _Floor(ground_height_m + hand.margins.ground_m + hand.tip_radius_m, hand.tip_radius_m)
+
+
 def _filtered(
-    history: Sequence[Grasp], parameters: PathParameters, distance: float
+    history: Sequence[Grasp], parameters: PathParameters, distance: float, floor: _Floor
 ) -> tuple[FloatArray, FloatArray]:
     """Return the filtered points, lifted by ``distance``, and their normals; shape (n, n_f, 3) each."""
     points = np.stack([grasp.points for grasp in history])
     normals = np.stack([grasp.normals for grasp in history])
     if parameters.filter == "path":
         lifted = points + distance * normals
-        return smooth_way(lifted, normals, parameters.max_turning_deg, max(distance, _MIN_DEVIATION_M))
+        allowed = max(distance, _MIN_DEVIATION_M)
+        lifted, normals = smooth_way(lifted, normals, parameters.max_turning_deg, allowed)
+        return floor.raised(lifted, normals), normals
     points, normals = low_pass(points, parameters.filter_gain), low_pass(normals, parameters.filter_gain)
     # Only the final configuration has to be reached exactly.
     points[-1], normals[-1] = history[-1].points, history[-1].normals
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
-    return points + distance * normals, normals
+    return floor.raised(points + distance * normals, normals), normals
 
 
 def _within_reach(
-    history: Sequence[Grasp], parameters: PathParameters, floating_distance_m: float, hand: HandModel
+    history: Sequence[Grasp],
+    parameters: PathParameters,
+    floating_distance_m: float,
+    hand: HandModel,
+    floor: _Floor,
 ) -> tuple[float, int]:
     """Return the largest floating distance, and the first configuration, from which all fingers reach on."""
     for share in _SHARES:
         distance = share * floating_distance_m
-        if not _reaches(history[-1:], parameters, distance, hand):
+        if not _reaches(history[-1:], parameters, distance, hand, floor):
             continue
         # The further back, the wider: bisect for the earliest beginning that is within reach.
         unreached, first = -1, len(history) - 1
         while first - unreached > 1:
             middle = (first + unreached) // 2
-            if _reaches(history[middle:], parameters, distance, hand):
+            if _reaches(history[middle:], parameters, distance, hand, floor):
                 first = middle
             else:
                 unreached = middle
@@ -172,10 +203,12 @@ def _within_reach(
     )
 
 
-def _reaches(history: Sequence[Grasp], parameters: PathParameters, distance: float, hand: HandModel) -> bool:
+def _reaches(
+    history: Sequence[Grasp], parameters: PathParameters, distance: float, hand: HandModel, floor: _Floor
+) -> bool:
     posture = history[-1].posture
     assert posture is not None
-    lifted, normals = _travel(*_filtered(history, parameters, distance), parameters)
+    lifted, normals = _travel(*_filtered(history, parameters, distance, floor), parameters)
     # Between the configurations too, and at both ends.
     few = np.unique(np.linspace(0, len(lifted) - 1, 4 * len(history)).round().astype(np.int64))
     lifted, normals = lifted[few], normals[few]

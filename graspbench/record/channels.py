@@ -48,7 +48,7 @@ CHANNELS = {
         Channel("/object/pose", PoseInFrame, "full", "true pose of the object (simulation only)"),
         Channel("/surface/mesh", SceneUpdate, "full", "snapshots of the reconstruction surface"),
         Channel("/surface/points", PointCloud, "full", "nodes of the surface at rest, with their normals"),
-        Channel("/grasp", SceneUpdate, "full", "contacts, their normals and the centroid, one entity a plan"),
+        Channel("/grasp", SceneUpdate, "full", "contacts, their normals, the centroid; felt points"),
         Channel("/paths", SceneUpdate, "full", "fingertip paths: floating, approach, grasp"),
         Channel("/hand", SceneUpdate, "full", "the hand's links"),
         Channel("/joints", JointStates, "full", "joint positions"),

@@ -36,6 +36,7 @@ CENTROID: messages.Rgba = (0.10, 0.10, 0.10, 1.0)
 FLOATING: messages.Rgba = (0.98, 0.80, 0.10, 1.0)
 APPROACH: messages.Rgba = (0.15, 0.65, 0.30, 1.0)
 GRASP: messages.Rgba = (0.85, 0.10, 0.15, 1.0)
+FELT: messages.Rgba = (0.20, 0.35, 0.90, 1.0)
 HAND: messages.Rgba = (0.35, 0.38, 0.42, 0.9)
 OUTLINE: messages.Rgba = (0.10, 0.85, 0.35, 1.0)
 BOX: messages.Rgba = (1.0, 0.75, 0.10, 1.0)
@@ -120,18 +121,48 @@ class TrialLog:
             return
         found = {silhouette.station: silhouette for silhouette in silhouettes}
         for view in views:
-            t, camera = self._time_ns, view.camera
-            pose = messages.frame_transform(t, "world", "camera", camera.transform_camera_to_world)
-            self._put("/tf", FrameTransforms(transforms=[pose]))
-            self._put("/camera/calibration", messages.camera_calibration(t, camera))
-            image = messages.compressed_image(
-                t, view.image, self.parameters.image_format, self.parameters.jpeg_quality
-            )
-            self._put("/camera/image", image)
-            if view.station in found:
-                self._silhouette(found[view.station])
-            self.message(f"view from station {view.station}", level="debug", stage="perception")
+            self._view(view, found.get(view.station))
             self._advance(self.VIEW_S)
+
+    def followed_views(
+        self,
+        views: Sequence[View],
+        silhouettes: Sequence[Silhouette],
+        true_poses: Sequence[FloatArray],
+        estimated_poses: Sequence[FloatArray],
+    ) -> None:
+        """Log views of a moving object at the times at which they were taken.
+
+        Args:
+            views: Each with its time, ascending.
+            silhouettes: Their silhouettes.
+            true_poses: Where the object truly was, shape (4, 4) each.
+            estimated_poses: Where the estimated motion carries the object's centre, shape (4, 4) each.
+        """
+        found = {silhouette.station: silhouette for silhouette in silhouettes}
+        start, first = self._time_ns, views[0].time_s or 0.0
+        for view, true_pose, estimated in zip(views, true_poses, estimated_poses, strict=True):
+            self._time_ns = start + round(((view.time_s or 0.0) - first) * 1e9)
+            self.object_pose(true_pose)
+            transform = messages.frame_transform(self._time_ns, "world", "object_estimated", estimated)
+            self._put("/tf", FrameTransforms(transforms=[transform]))
+            if keeps(self.parameters.level, "/camera/image"):
+                self._view(view, found.get(view.station))
+        self._advance(self.VIEW_S)
+
+    def _view(self, view: View, silhouette: Silhouette | None) -> None:
+        """Log a view now, with its silhouette if there is one."""
+        t, camera = self._time_ns, view.camera
+        pose = messages.frame_transform(t, "world", "camera", camera.transform_camera_to_world)
+        self._put("/tf", FrameTransforms(transforms=[pose]))
+        self._put("/camera/calibration", messages.camera_calibration(t, camera))
+        image = messages.compressed_image(
+            t, view.image, self.parameters.image_format, self.parameters.jpeg_quality
+        )
+        self._put("/camera/image", image)
+        if silhouette is not None:
+            self._silhouette(silhouette)
+        self.message(f"view from station {view.station}", level="debug", stage="perception")
 
     def object_pose(self, transform_object_to_world: FloatArray) -> None:
         """Log where the object truly is."""
@@ -171,6 +202,12 @@ class TrialLog:
             palm = grasp.posture.transform_palm_to_world
             transform = messages.frame_transform(self._time_ns, "world", f"palm/{name}", palm)
             self._put("/tf", FrameTransforms(transforms=[transform]))
+        self._end_chunk()
+
+    def felt(self, points: FloatArray) -> None:
+        """Log points that exploring touches felt, shape (n, 3), world frame."""
+        spheres = [messages.sphere(point, 0.004, FELT) for point in points]
+        self._put("/grasp", messages.scene(self._time_ns, "felt", spheres=spheres))
         self._end_chunk()
 
     def paths(self, paths: Iterable[FingertipPath]) -> None:

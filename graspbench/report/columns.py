@@ -20,6 +20,7 @@ PLANNER_OPTION = "choice.planner"
 PLANNING_TIME = "local.time_s"
 VERSION, COMMIT, DIRTY = "provenance.graspbench", "provenance.git.commit", "provenance.git.dirty"
 MEASURES = THESIS_MEASURES
+STRENGTHENED = "strengthened.q3"
 CONTACT, PLANNED_FRICTION, EXECUTED_FRICTION = "quality.contact", "quality.friction", "execution.friction"
 WRENCH_SPACE, TORQUE_LENGTH = "quality.wrench_space", "quality.torque_length"
 DONE, UNREADABLE = "done", "unreadable"

@@ -23,10 +23,14 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
     `SIGNIFICANCE` after Benjamini and Hochberg's correction for the number of pairs. The data have a row a
     pair, with intervals and p values; pairs without an estimate are left out.
 
+    Trials that executed a strengthened grasp are left out: what came of it says nothing of the planned one.
+
     Args:
         trials: One row a trial.
         outcomes: Columns of outcomes; by default success, and slip, drift and turn of every phase.
     """
+    all_trials, trials = trials, _as_planned(trials)
+    left_out = len(all_trials) - len(trials)
     records: list[dict[str, Any]] = []
     for quality in (name for name in c.QUALITIES if name in trials):
         for outcome in outcomes or c.physics_outcomes(trials):
@@ -48,6 +52,7 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
         f"and p values are in the data. n = {_span([int(row['trials']) for row in data])} trials a pair."
         if data
         else "Of no pair anything can be said.",
+        *([f"{left_out} trials are left out that executed a strengthened grasp."] if left_out else []),
         *success_notes(trials),
         *trial_notes(trials),
     )
@@ -66,6 +71,11 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
         notes,
         data=data,
     )
+
+
+def _as_planned(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the trials that executed the planner's own grasp."""
+    return trials[trials[c.STRENGTHENED].isna()] if c.STRENGTHENED in trials else trials
 
 
 def _arranged(data: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], ...]:

@@ -32,6 +32,7 @@ _ALWAYS = (
     "quality.friction",
     "quality.torque_length",
     "stations",
+    "scene.motion",
     "motion",
     "contact.kind",
     "clik.method",
@@ -242,6 +243,7 @@ _KEYS = {
     "refined": "measure",
     "measures": "measure",
     "phases": "phase",
+    "steps": "step",
     "times_s": "stage",
     "libraries": "library",
 }

@@ -162,6 +162,24 @@ class RestartedResult(GraspResult):
 
 
 @dataclass(frozen=True, kw_only=True)
+class StrengthenedResult(GraspResult):
+    """The grasp that was executed in place of the planned one, which would hardly have held."""
+
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space")]
+    for_weight: Annotated[
+        bool, About("Whether it was planned again, because the first grasp was too weak for the object")
+    ]
+    climbed: Annotated[bool, About("Whether it climbed Q3 from the planned grasp")]
+    verified: Annotated[
+        bool | None,
+        About("Whether the posture stands before an independent check", empty="there is no posture"),
+    ] = None
+    violations: Annotated[tuple[str, ...], About("What the check found")] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class GlobalGraspResult(GraspResult):
     """The best grasp of the finished surface by one measure, and its certificate."""
 

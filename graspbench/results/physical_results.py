@@ -23,6 +23,51 @@ class PhaseResult(Part):
     held: Annotated[bool, About("Whether the object was still in the hand")]
 
 
+@dataclass(frozen=True)
+class StepResult(Part):
+    """How the held object answered a step along the palm's x, y and z."""
+
+    error: Annotated[
+        Number | None,
+        About(
+            "Root mean square distance from the controller's model over the step, worst axis",
+            empty="the controller has no model",
+        ),
+    ]
+    end: Annotated[
+        Number,
+        About("Where it was in the end over the step, farthest from 1; of a force without model in mm"),
+    ]
+    overshoot: Annotated[Number, About("Largest excess over the end, as a share of it")]
+    rise_time_s: Annotated[Number, About("Until 63 % of the end, slowest axis")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchResult(Part):
+    """What exploring touches found before the grasp, and what was true."""
+
+    touches: Annotated[int, About("Touches that met the object")]
+    tried: Annotated[int, About("Touches that were tried")]
+    time_s: Annotated[Number, About("Simulated time that they took")]
+    shift_mm: Annotated[Number, About("How far the object was found from where it was seen, at its centroid")]
+    turn_deg: Annotated[Number, About("By how much it was found turned about the vertical")]
+    expected_before_mm: Annotated[Number, About("Expected error of a contact's place before the touches")]
+    expected_after_mm: Annotated[Number, About("The same after them")]
+    pose_error_before_mm: Annotated[
+        Number, About("True error of the centroid's place when the touches began")
+    ]
+    pose_error_after_mm: Annotated[Number, About("The same after the touches' correction")]
+    turn_error_before_deg: Annotated[Number, About("True error of the orientation when the touches began")]
+    turn_error_after_deg: Annotated[Number, About("The same after the touches' correction")]
+    felt_error_before_mm: Annotated[
+        Number | None,
+        About("Mean distance from the object of the surface's nodes near felt points, pose left out"),
+    ] = None
+    felt_error_after_mm: Annotated[
+        Number | None, About("The same of the surface that the touches corrected")
+    ] = None
+
+
 @dataclass(frozen=True, kw_only=True)
 class ExecutedResult(Part):
     """What came of the planned grasp in the simulated world."""
@@ -53,12 +98,27 @@ class ExecutedResult(Part):
     phases: Annotated[
         Mapping[str, PhaseResult], About("The phases after the contact", empty=_NOT_REACHED)
     ] = field(default_factory=dict)
+    steps: Annotated[
+        Mapping[str, StepResult],
+        About("Steps of the goal and of a force that were tried", empty=_NOT_REACHED),
+    ] = field(default_factory=dict)
     pushes_weight: Annotated[
         tuple[Number, ...] | None,
         About("Largest push resisted along +x, -x, +y, -y, +z, -z", empty="no pushes were asked for"),
     ] = None
     largest_push_weight: Annotated[
         Number | None, About("Push resisted in the weakest direction", empty="no pushes were asked for")
+    ] = None
+    true_q3: Annotated[
+        Number | None,
+        About(
+            "Largest ball in the wrench space of the contacts that were really made, the object's true "
+            "normals and centre of mass taken; 0 if they are no force closure",
+            empty="a finger did not touch; older result",
+        ),
+    ] = None
+    touch: Annotated[
+        TouchResult | None, About("Exploring touches before the grasp", empty="execution.touch is off")
     ] = None
     twists_nm: Annotated[
         tuple[Number, ...] | None,
@@ -67,6 +127,41 @@ class ExecutedResult(Part):
     largest_twist_nm: Annotated[
         Number | None, About("Torque resisted about the weakest axis", empty="no torques were asked for")
     ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingResult(Part):
+    """How the object moved while it was looked at, and how well that was known from the images alone."""
+
+    motion: Annotated[str, About("What carried the object: conveyor, turntable or drift")]
+    images: Annotated[int, About("Time-stamped images taken, wide views included")]
+    duration_s: Annotated[Number, About("From the first image to the last")]
+    varies: Annotated[bool, About("Whether the estimated twist varies with time")]
+    speed_m_s: Annotated[Number, About("Estimated speed of the centre at the reference time", unit="m/s")]
+    true_speed_m_s: Annotated[Number, About("True speed of the same point", unit="m/s")]
+    velocity_error_m_s: Annotated[Number, About("Length of the velocity's error", unit="m/s")]
+    yaw_rate_deg_s: Annotated[Number, About("Estimated yaw rate at the reference time", unit="deg/s")]
+    true_yaw_rate_deg_s: Annotated[Number, About("True yaw rate then", unit="deg/s")]
+    yaw_rate_error_deg_s: Annotated[
+        Number, About("Error of the yaw rate; that of a body of revolution cannot be seen", unit="deg/s")
+    ]
+    coherence_rms_mm: Annotated[
+        Number, About("By how far outline rays miss the hull of the other silhouettes, root mean square")
+    ]
+    path_error_max_mm: Annotated[
+        Number, About("Farthest that the centre was from the estimate in any image, since the reference time")
+    ]
+    path_error_max_deg: Annotated[Number, About("Largest error of the orientation in any image, likewise")]
+    start_error_mm: Annotated[
+        Number | None,
+        About("How far the centre was from the prediction when the hand began to move", empty=_NOT_REACHED),
+    ] = None
+    start_error_deg: Annotated[
+        Number | None, About("Error of the predicted orientation then", empty=_NOT_REACHED)
+    ] = None
+    transform_object_to_world: Annotated[
+        tuple[tuple[Number, ...], ...], About("True pose of the object at the reference time, shape (4, 4)")
+    ] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,8 +15,14 @@ from graspbench.results.grasp_results import (
     PlannedResult,
     RefinedGraspResult,
     RestartedResult,
+    StrengthenedResult,
 )
-from graspbench.results.physical_results import ExecutedResult, ManipulationSummary, PlayedResult
+from graspbench.results.physical_results import (
+    ExecutedResult,
+    ManipulationSummary,
+    MovingResult,
+    PlayedResult,
+)
 
 Status = Literal["done", "failed", "timeout", "crashed", "unreadable"]
 Kind = Literal["trial", "manipulation"]
@@ -130,6 +136,10 @@ class TrialResult(Part):
         LocalResult | None,
         About("The planner's grasp: of the local planner, unless planner= names another", empty=_NOT_PLANNED),
     ] = None
+    strengthened: Annotated[
+        StrengthenedResult | None,
+        About("The grasp that was executed", empty="the planner's own grasp was, or nothing"),
+    ] = None
     restarted: Annotated[
         RestartedResult | None,
         About("The grasp of a multi-start on the finished surface", empty="planner.restart is off"),
@@ -145,6 +155,12 @@ class TrialResult(Part):
         Mapping[str, RefinedGraspResult],
         About("The local grasp climbed by each measure", empty="search.refine is off"),
     ] = field(default_factory=dict)
+    moving: Annotated[
+        MovingResult | None,
+        About(
+            "How the object moved while it was looked at", empty=f"scene.motion is none, or {_NOT_PLANNED}"
+        ),
+    ] = None
     reconstruction: Annotated[ReconstructionResult | None, About("The surface", empty=_NOT_PLANNED)] = None
     execution: Annotated[ExecutedResult | None, About("The execution in physics", empty=_NOT_EXECUTED)] = None
     manipulation: Annotated[

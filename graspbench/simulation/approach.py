@@ -18,7 +18,13 @@ _ARRIVAL_M = 0.015
 
 
 class Approach:
-    """The approach up to the touch of every finger."""
+    """The approach up to the touch of every finger.
+
+    Attributes:
+        contact_time_s: When each finger touched first, nan before, shape (n_fingers,).
+        touch: How each finger touched first.
+        place: Where that was, as seen from where the grasp is planned, shape (3,) each.
+    """
 
     def __init__(self, stage: Stage, grasp: Grasp, fingers: tuple[int, ...]) -> None:
         self._stage, self._model = stage, stage.model
@@ -26,12 +32,22 @@ class Approach:
         n = self._model.n_fingers
         self.contact_time_s = np.full(n, np.nan)
         self.touch: dict[int, Touch] = {}
+        self.place: dict[int, FloatArray] = {}
         self._arriving = np.zeros(n, dtype=bool)
         self._goal = np.empty(0)
         self._palm = np.eye(4)
 
-    def follow(self, path: JointPath) -> float:
-        """Play the path; return the largest distance of a free fingertip from it."""
+    def use(self, grasp: Grasp) -> None:
+        """Close along another grasp's normals; its contacts are those of the same fingers."""
+        self._grasp = grasp
+
+    def follow(self, path: JointPath, *, arriving: bool = True) -> float:
+        """Play the path; return the largest distance of a free fingertip from it.
+
+        Args:
+            path: The planned motion, or a part of it.
+            arriving: Whether it ends on the contacts; else no touch is expected.
+        """
         stage, dt = self._stage, self._stage.time_step_s
         times = np.asarray(path.times)
         steps = max(1, round(float(times[-1]) / dt))
@@ -48,15 +64,15 @@ class Approach:
                 count, next_look = 1 if stage.hand.is_near_object(_NEAR_M) else stride, k + look
                 planned = self._tips(wanted[k], palms[k])
                 worst = max(worst, self._tip_error(planned))
-                self._arriving = np.linalg.norm(planned - ends, axis=1) < _ARRIVAL_M
+                self._arriving = arriving & (np.linalg.norm(planned - ends, axis=1) < _ARRIVAL_M)
             count = min(count, steps - k)
             k += count
             self._palm = palms[k]
-            stage.hand.drive_wrist(self._palm, count * dt)
+            stage.hand.drive_wrist(stage.carried(self._palm, count * dt), count * dt)
             self._drive(wanted[k], count * dt)
             stage.step(count)
             self._feel()
-        self._arriving[:] = True
+        self._arriving[:] = arriving
         return worst
 
     def close(self) -> None:
@@ -77,7 +93,7 @@ class Approach:
                 damped = jacobian @ jacobian.T + 1e-6 * np.eye(3)
                 wanted[index] += stage.time_step_s * (jacobian.T @ np.linalg.solve(damped, inward))
             self._drive(np.clip(wanted, self._model.lower, self._model.upper), stage.time_step_s)
-            stage.hand.drive_wrist(self._palm, stage.time_step_s)
+            stage.hand.drive_wrist(stage.carried(self._palm, stage.time_step_s), stage.time_step_s)
             stage.step()
             self._feel()
 
@@ -107,11 +123,14 @@ class Approach:
             if touch is not None and self._arriving[f] and np.isnan(self.contact_time_s[f]):
                 self.contact_time_s[f] = self._stage.time_s
                 self.touch[f] = touch
+                there = np.eye(4)
+                there[:3, 3] = touch.point
+                self.place[f] = self._stage.as_planned(there)[:3, 3]
 
     def _tip_error(self, planned: FloatArray) -> float:
         """Return the largest distance of a free fingertip from where it should be, shape (n, 3)."""
         free = [f for f in self._fingers if np.isnan(self.contact_time_s[f])]
-        real = self._tips(self._stage.hand.state()[0], self._stage.hand.palm_pose())
+        real = self._tips(self._stage.hand.state()[0], self._stage.palm_pose())
         return float(np.linalg.norm(real - planned, axis=1)[free].max(initial=0.0))
 
     def _tips(self, joints: FloatArray, palm: FloatArray) -> FloatArray:

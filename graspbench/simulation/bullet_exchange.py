@@ -46,7 +46,14 @@ def quaternion_of(pose: FloatArray) -> list[float]:
 
 def pose_of(position: Sequence[float], quaternion: Sequence[float]) -> FloatArray:
     """Return the pose, shape (4, 4), of PyBullet's position and quaternion (x, y, z, w)."""
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
-    pose[:3, 3] = position
-    return pose
+    # Asked several times a time step: by hand, since SciPy's rotations take longer to make than to use.
+    x, y, z, w = quaternion
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    return np.array(
+        [
+            [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), position[0]],
+            [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), position[1]],
+            [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), position[2]],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )

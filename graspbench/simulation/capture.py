@@ -17,8 +17,9 @@ from graspbench.perception.segmentation import SilhouetteParameters
 from graspbench.perception.stations import Station, StationParameters, fit_stations, place_stations
 from graspbench.simulation.colours import scene_colours
 from graspbench.simulation.renderer import Renderer
+from graspbench.simulation.scene import SceneParameters
 from graspbench.simulation.sensor import expose
-from graspbench.simulation.table import build_table
+from graspbench.simulation.table import Table, build_table
 from graspbench.simulation.world import World
 
 FloatImage = npt.NDArray[np.float32]
@@ -50,14 +51,11 @@ class EyeInHand:
         )
         self.transform_flange_to_world: FloatArray = np.eye(4)
         self.true_cameras: list[tuple[str, Camera]] = []
-        pose, mesh, scene = world.object_pose(), world.object_model.mesh, world.scene
-        vertices = np.asarray(mesh.vertices) @ pose[:3, :3].T + pose[:3, 3]
-        lit = replace(scene, shadow=0.0) if scene.full_rendering else scene
-        colours = scene_colours(scene, world.object_model.rgba)
-        self._table = build_table(lit, colours, vertices, mesh.faces, seed)
+        self._object_to_table, scene = self._arranged()
+        self._table = self._laid_table(scene)
         self._renderer = Renderer(
             world.object_model,
-            pose,
+            self._object_to_table,
             scene,
             self._table.texture if scene.full_rendering else None,
             self._table.size_m,
@@ -79,13 +77,41 @@ class EyeInHand:
     def take(self, station: Station) -> View:
         """Move the flange to a station and take an image."""
         generator = np.random.default_rng((self._seed, len(self.true_cameras)))
+        self._follow()
         believed = station.transform_camera_to_world
         self.transform_flange_to_world = believed @ np.linalg.inv(self.transform_camera_to_flange)
         actual = believed @ self._pose_noise(generator)
         k = self._lens.intrinsics
         self.true_cameras.append((station.name, Camera(k, actual)))
-        image = self._lens.distort(self._draw(self._lens.ideal, actual))
-        return View(station.name, expose(image, self._world.scene, generator), Camera(k, believed))
+        seen_from = self._world.to_table @ actual if self._world.moves else actual
+        image = self._lens.distort(self._draw(self._lens.ideal, seen_from))
+        time_s = self._world.time_s if self._world.moves else None
+        exposed = expose(image, self._world.scene, generator)
+        return View(station.name, exposed, Camera(k, believed), time_s=time_s)
+
+    def _arranged(self) -> tuple[FloatArray, SceneParameters]:
+        """Return the object's pose on the table, and the scene with the lamp as the table sees it."""
+        pose, scene = self._world.object_pose(), self._world.scene
+        if not self._world.moves:
+            return pose, scene
+        to_table = self._world.to_table
+        turned_deg = float(np.degrees(np.arctan2(to_table[1, 0], to_table[0, 0])))
+        return to_table @ pose, replace(scene, light_azimuth_deg=scene.light_azimuth_deg + turned_deg)
+
+    def _laid_table(self, scene: SceneParameters) -> Table:
+        """Draw the table top with the object's shadow."""
+        model, pose = self._world.object_model, self._object_to_table
+        vertices = np.asarray(model.mesh.vertices) @ pose[:3, :3].T + pose[:3, 3]
+        lit = replace(scene, shadow=0.0) if scene.full_rendering else scene
+        return build_table(lit, scene_colours(scene, model.rgba), vertices, model.mesh.faces, self._seed)
+
+    def _follow(self) -> None:
+        """Arrange the scene as it is now, if it moves: all is drawn in the frame of the moving table."""
+        if not self._world.moves:
+            return
+        self._object_to_table, scene = self._arranged()
+        self._renderer.move(self._object_to_table, scene)
+        self._table = self._laid_table(scene)
 
     def _pose_noise(self, generator: np.random.Generator) -> FloatArray:
         """Return the actual camera's pose in the believed camera's frame, shape (4, 4)."""

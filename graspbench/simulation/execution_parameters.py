@@ -1,9 +1,17 @@
 """How a planned grasp is executed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
+
+from graspbench.simulation.control_parameters import (
+    ComputedTorqueParameters,
+    ControlName,
+    HybridParameters,
+    ObjectImpedanceParameters,
+)
+from graspbench.simulation.touch_parameters import TouchParameters
 
 
 @dataclass(frozen=True)
@@ -20,6 +28,31 @@ class ExecutionParameters:
         Literal["floating", "kuka"],
         Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
     ] = "floating"
+    control: Annotated[
+        ControlName,
+        Field(
+            description="What drives the fingers once the object is squeezed: joint_impedance, "
+            "object_impedance, computed_torque or hybrid (force along the normals, place along the surface)"
+        ),
+    ] = "joint_impedance"
+    object_impedance: Annotated[
+        ObjectImpedanceParameters, Field(description="What the held object shall be under object_impedance")
+    ] = field(default_factory=ObjectImpedanceParameters)
+    computed_torque: Annotated[ComputedTorqueParameters, Field(description="Gains of computed_torque")] = (
+        field(default_factory=ComputedTorqueParameters)
+    )
+    hybrid: Annotated[HybridParameters, Field(description="Gains of hybrid")] = field(
+        default_factory=HybridParameters
+    )
+    step_m: Annotated[
+        float, Field(ge=0, le=0.02, description="Step of the held object's goal that is tried, m; 0: none is")
+    ] = 0.0
+    step_force_n: Annotated[
+        float, Field(ge=0, description="Step of a force on the held object that is tried, N; 0: none is")
+    ] = 0.0
+    step_time_s: Annotated[float, Field(gt=0, description="How long the answer to a step is watched, s")] = (
+        0.4
+    )
     time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
     solver_iterations: Annotated[
         int, Field(ge=10, le=1000, description="Constraint solver iterations a step")
@@ -58,10 +91,20 @@ class ExecutionParameters:
         float,
         Field(
             ge=0,
-            description="Objects are not lifted whose weight times this is more than joints and friction can "
-            "carry with the planned grasp at best; 0: all are tried",
+            description="Objects whose weight times this is more than joints and friction can carry with the "
+            "planned grasp at best are planned for again, and not lifted when no grasp carries them; 0: all "
+            "are tried as planned",
         ),
     ] = 1.5
+    strengthen_below: Annotated[
+        float,
+        Field(
+            ge=0,
+            lt=1,
+            description="A grasp whose contacts keep a smaller share of their friction when the fingers "
+            "squeeze climbs Q3 before it is executed; 0: every grasp is executed as planned",
+        ),
+    ] = 0.45
     steady_share: Annotated[
         float,
         Field(
@@ -117,3 +160,6 @@ class ExecutionParameters:
         float, Field(gt=0, description="Frequency of the shakes, Hz; the peak is (2 pi f)^2 amplitude")
     ] = 4.0
     shake_time_s: Annotated[float, Field(gt=0, description="Duration of the shake along an axis, s")] = 1.0
+    touch: Annotated[TouchParameters, Field(description="Exploring touches before the grasp")] = field(
+        default_factory=TouchParameters
+    )

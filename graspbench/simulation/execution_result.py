@@ -1,8 +1,13 @@
 """What came of a planned grasp in physics."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from graspbench.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from graspbench.simulation.exploration import Exploration
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,25 @@ class PhaseOutcome:
 
 
 @dataclass(frozen=True)
+class StepOutcome:
+    """Answers to one kind of step, along the palm's x, y and z.
+
+    Attributes:
+        error: Root mean square distance from the controller's model over the step, of the worst axis; None
+            where the controller has no model.
+        end: Where the object is when time is up, over the step: of the axis that is farthest from 1. For a
+            force without a model the displacement over 1 mm.
+        overshoot: Largest excess over the end, as a share of the end, of the worst axis.
+        rise_time_s: Until 63 % of the end is reached, of the slowest axis.
+    """
+
+    error: float | None
+    end: float
+    overshoot: float
+    rise_time_s: float
+
+
+@dataclass(frozen=True)
 class ExecutionResult:
     """What came of a planned grasp.
 
@@ -73,6 +97,10 @@ class ExecutionResult:
         twists_nm: Largest torque resisted about the same axes; None if not asked for.
         time_s: Simulated time.
         motion: Samples for the record.
+        explored: What exploring touches found; None without any.
+        contacts: Where each finger touched first and the normal there, INTO the object, in the object's frame
+            after the last touch, shape (n_f, 2, 3); None unless all did.
+        steps: Answers of the held object to a step of its goal ("goal") and of a force on it ("force").
     """
 
     success: bool
@@ -94,6 +122,9 @@ class ExecutionResult:
     twists_nm: tuple[float, ...] | None
     time_s: float
     motion: Motion
+    explored: "Exploration | None" = None
+    contacts: FloatArray | None = None
+    steps: Mapping[str, StepOutcome] = field(default_factory=dict)
 
     @property
     def largest_push_weight(self) -> float | None:

@@ -1,6 +1,8 @@
 """The fingers' force control while they grip: grip force, weight, and soft springs around the posture."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -19,6 +21,9 @@ _LEFT = 0.2
 _EFFORT_ROUNDS = 4
 _NEARLY_ALL = 0.98
 _WEAKEST_N = 1e-3
+_SAME_UPWARDS, _SAME_REACH = 4e-3, 0.01
+"""Turn of the object against the weight (rad), and change of the reachable grip, that leave the forces as
+they are."""
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -38,7 +43,13 @@ class ForceControl:
     Attributes:
         mean_force_n: Mean normal force asked of a finger, N.
         rest: Posture in which the springs are relaxed, shape (n_q,).
+        model: Mass, damping and stiffness of the oscillator that the held object shall be after a step of its
+            goal, kg, N s/m and N/m; None where the law promises none.
+        pushed_model: The same after a step of a force on it.
     """
+
+    model: tuple[float, float, float] | None = None
+    pushed_model: tuple[float, float, float] | None = None
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         self._stage, self._fingers, self._model = stage, fingers, stage.model
@@ -56,6 +67,7 @@ class ForceControl:
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._pads = PadFriction(stage, fingers)
+        self._carried: _Carried | None = None
         self._points, self._normals = self._contacts()
         needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
@@ -97,6 +109,7 @@ class ForceControl:
         self._forces, _ = internal_forces(
             self._points, self._normals, self._stage.friction.coulomb, self.mean_force_n
         )
+        self._carried = None
         self._age = 0
 
     def _contacts(self) -> tuple[FloatArray, FloatArray]:
@@ -104,6 +117,26 @@ class ForceControl:
         pose = self._stage.world.object_pose()
         points = np.stack([touch.point for touch in self._felt]) - pose[:3, 3]
         return points @ pose[:3, :3], np.stack([touch.normal for touch in self._felt]) @ pose[:3, :3]
+
+    def aim(self, rest: FloatArray, object_in_palm: FloatArray) -> None:
+        """Aim at a posture, shape (n_q,), and at the pose of the object in the palm, shape (4, 4), it makes.
+
+        Springs in the joints know of the posture alone.
+        """
+        self.rest = rest
+
+    def displace(self, offset_m: FloatArray) -> None:
+        """Move the goal of the held object at once, palm axes, shape (3,): the springs' posture with it."""
+        jacobian = self._model.tip_jacobians(self.rest)[list(self._fingers)].reshape(-1, len(self.rest))
+        self.rest = self.rest + np.linalg.pinv(jacobian, rcond=1e-3) @ np.tile(offset_m, len(self._fingers))
+
+    def memory(self) -> Any:
+        """Return what `recall` takes to return to the present."""
+        return self.rest
+
+    def recall(self, memory: Any) -> None:
+        """Return to a time before; what else is known is renewed as time goes on."""
+        self.rest = memory
 
     def rest_here(self) -> None:
         """Let the springs relax in the present posture."""
@@ -161,6 +194,10 @@ class ForceControl:
             upwards: In the object's frame, shape (3,).
             reachable: Share of the grip force that the joints can do without the weight.
         """
+        known = self._carried
+        if known is not None and known.serves(upwards, reachable):
+            return torques(known.forces)
+        self._carried = None
         weight, friction = self._weight_n * upwards, self._stage.friction.coulomb
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
         for _ in range(_EFFORT_ROUNDS):
@@ -170,6 +207,7 @@ class ForceControl:
             needed = torques(forces)
             share = self._within_effort(needed)
             if share >= _NEARLY_ALL:
+                self._carried = _Carried(forces, upwards, reachable)
                 return needed
             mean_n *= share
         shared = torques((_weight_sharing(self._points) @ weight).reshape(-1, 3))
@@ -185,6 +223,26 @@ class ForceControl:
         wanted = np.abs(torques)
         shares = np.divide(room, wanted, out=np.ones_like(room), where=wanted > 1e-9)
         return float(np.clip(shares[self._joints].min(), 0.0, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Carried:
+    """Forces that grip and carry the weight, and what they were found for.
+
+    Attributes:
+        forces: On the object, in its own frame, shape (n, 3).
+        upwards: Against the weight, in that frame, shape (3,).
+        reachable: Share of the grip force that the joints could do.
+    """
+
+    forces: FloatArray
+    upwards: FloatArray
+    reachable: float
+
+    def serves(self, upwards: FloatArray, reachable: float) -> bool:
+        """Tell whether they still do: the object lies in the hand as it did."""
+        turned = np.abs(upwards - self.upwards).max() > _SAME_UPWARDS
+        return not turned and abs(reachable - self.reachable) <= _SAME_REACH
 
 
 def _weight_sharing(points: FloatArray) -> FloatArray:

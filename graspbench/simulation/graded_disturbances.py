@@ -112,6 +112,7 @@ def execute_graded(
     grip = Grip(stage, fingers, [approach.touch[f] for f in fingers])
     if not (grip.squeeze() and all(grip.move(phase) for phase in stage.phases().carrying)):
         return _lost(str(grip.reason), grip.control.mean_force_n, error_m)
+    _leave_table(stage)
     nothing = np.zeros(3)
     return GradedResult(
         held=True,
@@ -123,6 +124,14 @@ def execute_graded(
         grip_force_n=grip.control.mean_force_n,
         contact_error_m=error_m,
     )
+
+
+def _leave_table(stage: Stage) -> None:
+    """Take the table away from under hand and object: lifted, they meet it no more, and it costs a fifth."""
+    world, hand = stage.world, stage.hand
+    pybullet.setCollisionFilterPair(world.object_id, world.table_id, -1, -1, 0, physicsClientId=world.client)
+    for link in range(-1, pybullet.getNumJoints(hand.body, physicsClientId=world.client)):
+        pybullet.setCollisionFilterPair(hand.body, world.table_id, link, -1, 0, physicsClientId=world.client)
 
 
 def _lost(reason: str, grip_force_n: float, contact_error_m: float) -> GradedResult:
@@ -144,6 +153,7 @@ def _ramp(
     client = world.client
     weight_n = world.object_model.mass_kg * world.scene.gravity
     saved = pybullet.saveState(physicsClientId=client)
+    memory = grip.control.memory()
     before, slip = grip.object_in_palm(), SlipMeter(stage.hand, fingers, p.contact_force_n)
     slip.look()
     steps = max(1, round(p.push_time_s / stage.time_step_s))
@@ -179,4 +189,5 @@ def _ramp(
             resisted = weights
     pybullet.restoreState(stateId=saved, physicsClientId=client)
     pybullet.removeState(saved, physicsClientId=client)
+    grip.control.recall(memory)
     return float(resisted)

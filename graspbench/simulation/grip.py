@@ -6,8 +6,8 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.simulation.bullet import pybullet
+from graspbench.simulation.controllers.choice import make_control
 from graspbench.simulation.execution_result import PhaseOutcome
-from graspbench.simulation.force_control import ForceControl
 from graspbench.simulation.phases import Phase, smooth
 from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.slip import SlipMeter
@@ -27,20 +27,20 @@ class Grip:
 
     Attributes:
         control: The fingers' force control.
-        palm: Where the palm is wanted, transform_palm_to_world, shape (4, 4).
+        palm: Where the palm is wanted, transform_palm_to_world, shape (4, 4); of a moving object, as planned.
         phases: Outcomes so far, up to the first phase that lost the object.
         reason: Why the object was lost, one clause; None if it was not.
     """
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         self._stage, self._fingers = stage, fingers
-        self.control = ForceControl(stage, fingers, touches)
+        self.control = make_control(stage, fingers, touches)
         self._slip = SlipMeter(stage.hand, fingers, stage.parameters.contact_force_n)
         self._response = self._new_response()
         self._look = max(1, round(_LOOK_S / stage.time_step_s))
         self._ground = stage.world.object_pose()[2, 3]
         self._reference = np.eye(4)
-        self.palm = stage.hand.palm_pose()
+        self.palm = stage.palm_pose()
         self.phases: list[PhaseOutcome] = []
         self.reason: str | None = None
 
@@ -51,12 +51,12 @@ class Grip:
         for k in range(steps):
             if k % max(1, steps // 4) == 0:
                 self.control.distribute()
-            self.control.drive(self.palm, smooth((k + 1) / steps), 0.0)
+            self.control.drive(self._goal(), smooth((k + 1) / steps), 0.0)
             stage.step()
         self.control.distribute()
         self.control.rest_here()
         for k in range(steps // 2):
-            self.control.drive(self.palm, 1.0, smooth((k + 1) / (steps // 2)))
+            self.control.drive(self._goal(), 1.0, smooth((k + 1) / (steps // 2)))
             stage.step()
         self._reference = self.object_in_palm()
         self._slip.look()
@@ -67,13 +67,14 @@ class Grip:
         steps = self._steps(phase.time_s)
         centre = self.object_in_palm()[:, 3]
         centres = np.empty((steps + 2, 3))
-        centres[:2] = (self.palm @ centre)[:3]
+        centres[:2] = (self._goal() @ centre)[:3]
         self._slip.begin_phase()
         for k in range(1, steps + 1):
             self.palm = phase.motion(k / steps)
-            self.control.drive(self.palm, 1.0, 1.0)
+            goal = self._goal()
+            self.control.drive(goal, 1.0, 1.0)
             self._stage.step()
-            centres[k + 1] = (self.palm @ centre)[:3]
+            centres[k + 1] = (goal @ centre)[:3]
             if k % self._look == 0:
                 self._slip.look()
                 self._response.feel(self._slip.slip_m)
@@ -84,7 +85,7 @@ class Grip:
         self._slip.begin_phase()
         for k in range(1, steps + 1):
             drive(k)
-            self.control.drive(self.palm, 1.0, 1.0)
+            self.control.drive(self._goal(), 1.0, 1.0)
             self._stage.step()
             if k % self._look == 0:
                 self._slip.look()
@@ -143,12 +144,13 @@ class Grip:
         saved = pybullet.saveState(physicsClientId=client)
         before, slip = self.object_in_palm(), SlipMeter(stage.hand, self._fingers, p.contact_force_n)
         slip.look()
+        memory = self.control.memory()
         firmness_n, response = self.control.mean_force_n, self._new_response()
         steps = self._steps(p.push_time_s)
         resisted = 0.0
         for k in range(1, steps + 1):
             apply(k / steps)
-            self.control.drive(self.palm, 1.0, 1.0)
+            self.control.drive(self._goal(), 1.0, 1.0)
             pybullet.stepSimulation(physicsClientId=client)
             if k % self._look == 0:
                 slip.look()
@@ -160,6 +162,7 @@ class Grip:
                 resisted = k / steps
         pybullet.restoreState(stateId=saved, physicsClientId=client)
         pybullet.removeState(saved, physicsClientId=client)
+        self.control.recall(memory)
         if self.control.mean_force_n != firmness_n:
             self.control.mean_force_n = firmness_n
             self.control.distribute()
@@ -168,6 +171,10 @@ class Grip:
     def _new_response(self) -> SlipResponse:
         p = self._stage.parameters
         return SlipResponse(self.control, p.slip_response, p.slip_force_limit_n)
+
+    def _goal(self) -> FloatArray:
+        """Return where the palm shall be in the world after the next step, shape (4, 4)."""
+        return self._stage.carried(self.palm, self._stage.time_step_s)
 
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self._stage.time_step_s))

@@ -8,55 +8,26 @@ motors that carry them.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from pydantic import Field
-from scipy.spatial.transform import Rotation, Slerp
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import SimulationError
 from graspbench.hand.hand_pose import HandPose
 from graspbench.hand.model import HandModel
-from graspbench.simulation.bullet import pybullet
-from graspbench.simulation.mounts.floating import FloatingWrist
-from graspbench.simulation.simulated_hand import SimulatedHand
 from graspbench.simulation.slip import SlipMeter
 from graspbench.simulation.stage import turn_deg
-from graspbench.simulation.tip_friction import TipFriction
-from graspbench.simulation.world import ObjectWorld
+from graspbench.simulation.stand_parameters import StandParameters
+from graspbench.simulation.stand_physics import StandPhysics
+from graspbench.simulation.straight_motion import Goes, between
 
 if TYPE_CHECKING:
     from graspbench.geometry.model import ObjectModel
 
 GRAVITY_M_S2 = 9.81
-_CONTACT_BREAKING_M = 0.002
 _CONTACT_FORCE_N = 0.05
 _LOOK_S = 0.01
 _REST_S, _REST_M, _REST_DEG = 0.15, 1e-4, 0.1
-_FAR_M = 100.0
-
-
-@dataclass(frozen=True)
-class StandParameters:
-    """The physics in which grasps are tried."""
-
-    time_step_s: Annotated[float, Field(gt=0, le=0.005, description="Physics time step, s")] = 0.002
-    solver_iterations: Annotated[
-        int, Field(ge=10, le=1000, description="Constraint solver iterations a step")
-    ] = 40
-    stiffness_nm_rad: Annotated[
-        float, Field(gt=0, description="Stiffness with which joints go to the squeeze, N m/rad")
-    ] = 10.0
-    damping_nms_rad: Annotated[float, Field(gt=0, description="Damping of the joints, N m s/rad")] = 0.2
-    torsional_friction_m: Annotated[
-        float, Field(ge=0, description="Torque about a contact's normal per normal force, m")
-    ] = 0.002
-    closing_time_s: Annotated[
-        float,
-        Field(gt=0, description="Time from the pregrasp to the grasp, and from there to the squeeze, s"),
-    ] = 0.25
-    settling_time_s: Annotated[float, Field(ge=0, description="Time at the squeeze before a trial, s")] = 0.15
 
 
 @dataclass(frozen=True)
@@ -76,10 +47,6 @@ class Drift:
     fingers: int
 
 
-Goes = Callable[[float], FloatArray]
-"""Pose of the palm in the stand, shape (4, 4), for the share of a motion's time that has gone by."""
-
-
 class HoldStand:
     """A hand and an object, for one grasp after the other; use it as a context manager.
 
@@ -87,10 +54,6 @@ class HoldStand:
         hand: The hand.
         object_model: The object.
         parameters: The physics.
-
-    Attributes:
-        friction: Coulomb friction between hand and object in the present trial.
-        mass_kg: The object's mass in the present trial.
 
     Raises:
         HandError: PyBullet cannot load the hand.
@@ -102,30 +65,9 @@ class HoldStand:
     ) -> None:
         self.hand, self.object_model = hand, object_model
         self.parameters = StandParameters() if parameters is None else parameters
-        self.friction, self.mass_kg = object_model.friction, object_model.mass_kg
-        far = np.eye(4)
-        far[2, 3] = _FAR_M
-        self._world = ObjectWorld(object_model, far)
-        try:
-            self._client = self._world.client
-            pybullet.setPhysicsEngineParameter(
-                contactBreakingThreshold=_CONTACT_BREAKING_M,
-                fixedTimeStep=self.parameters.time_step_s,
-                numSolverIterations=self.parameters.solver_iterations,
-                physicsClientId=self._client,
-            )
-            self._wrist = FloatingWrist(hand, np.eye(4), np.array([0.0, 0.0, 1.0]))
-            friction = TipFriction(self.friction, self.parameters.torsional_friction_m, self.friction)
-            self._fingers = SimulatedHand(self._world, hand, self._wrist, hand.rest, friction)
-        except BaseException:
-            self.close()
-            raise
-        self._all = np.arange(hand.n_joints)
-        self._start = np.eye(4)
-        self._squeezed = self._rest = hand.rest
-        self._palm = np.eye(4)
+        self._physics = StandPhysics(hand, object_model, self.parameters)
+        self._start, self._palm, self._squeezed = np.eye(4), np.eye(4), hand.rest
         self._slip: SlipMeter | None = None
-        self._saved = -1
 
     def __enter__(self) -> Self:
         return self
@@ -137,12 +79,12 @@ class HoldStand:
 
     def close(self) -> None:
         """Free the world; closing twice does no harm."""
-        self._world.close()
+        self._physics.close()
 
     @property
     def weight_n(self) -> float:
         """The object's weight in the present trial."""
-        return self.mass_kg * GRAVITY_M_S2
+        return self._physics.mass_kg * GRAVITY_M_S2
 
     def grasp(
         self,
@@ -151,6 +93,7 @@ class HoldStand:
         friction: float,
         *,
         transform_error: FloatArray | None = None,
+        meter_slip: bool = True,
     ) -> Drift:
         """Let the hand close from the first stage by the others, and remember the state for `restore`.
 
@@ -161,47 +104,38 @@ class HoldStand:
             mass_kg: The object's mass.
             friction: Coulomb friction between hand and object.
             transform_error: How the object is displaced in its own frame, shape (4, 4); None: not at all.
+            meter_slip: Whether sliding is added up in the trials; it costs a fifth of the time.
 
         Returns:
             How far the closing moved the object; what comes later is measured from after it.
         """
-        self._set_object(mass_kg, friction)
-        self._slip = None
+        physics, p = self._physics, self.parameters
+        physics.set_object(mass_kg, friction)
         at_grasp = stages[len(stages) // 2].transform_palm_to_object
         object_to_stand = np.asarray(np.linalg.inv(at_grasp), dtype=np.float64)
         placed = object_to_stand if transform_error is None else object_to_stand @ transform_error
         palms = [object_to_stand @ stage.transform_palm_to_object for stage in stages]
-        nothing = np.zeros(3)
-        self._world.put_object(placed)
-        self._wrist.put(palms[0])
-        self._fingers.put(stages[0].joints)
-        steps = self._steps(self.parameters.closing_time_s)
+        physics.put(palms[0], stages[0].joints, placed)
+        steps = self._steps(p.closing_time_s)
         for k in range(1, len(stages)):
-            way = _between(palms[k - 1], palms[k])
+            way = between(palms[k - 1], palms[k])
             for i in range(1, steps + 1):
                 share = i / steps
-                joints = (1.0 - share) * stages[k - 1].joints + share * stages[k].joints
-                # What presses beyond the contacts is a torque; springs hold the posture that touches.
-                self._rest = stages[k - 1].joints if k == len(stages) - 1 else joints
-                self._step(way(share), joints, nothing, None)
+                physics.step(way(share), (1.0 - share) * stages[k - 1].joints + share * stages[k].joints)
         self._palm, self._squeezed = palms[-1], stages[-1].joints
-        self._rest = self._fingers.state()[0]
-        for _ in range(self._steps(self.parameters.settling_time_s)):
-            self._step(self._palm, self._squeezed, nothing, None)
-        self._rest = self._fingers.state()[0]
-        self._start = placed_in(self._fingers.palm_pose(), placed)
+        for _ in range(round(p.settling_time_s / p.time_step_s)):
+            physics.step(self._palm, self._squeezed)
+        self._slip = None
+        self._start = placed_in(physics.fingers.palm_pose(), placed)
         moved = self.drift()
-        self._begin()
-        if self._saved >= 0:
-            pybullet.removeState(self._saved, physicsClientId=self._client)
-        self._saved = pybullet.saveState(physicsClientId=self._client)
+        physics.save()
+        self._begin(meter_slip)
         return moved
 
     def restore(self) -> None:
         """Return to the state after the last `grasp`."""
-        self._wrist.put(self._palm)  # so that its motors have no goal of a trial before
-        pybullet.restoreState(stateId=self._saved, physicsClientId=self._client)
-        self._begin()
+        self._physics.restore(self._palm)
+        self._begin(self._slip is not None)
 
     def hold(self, force_n: FloatArray, time_s: float, lost: Callable[[Drift], bool]) -> Drift:
         """Apply a constant force at the object's centre, stand frame, shape (3,).
@@ -212,7 +146,7 @@ class HoldStand:
         drift = before = self.drift()
         rest = max(1, round(_REST_S / _LOOK_S))
         for k in range(1, self._steps(time_s) + 1):
-            self._step(self._palm, self._squeezed, force_n, None)
+            self._physics.step(self._palm, self._squeezed, force_n)
             if k % self._look == 0:
                 drift = self._looked()
                 if lost(drift):
@@ -228,7 +162,7 @@ class HoldStand:
         """Carry the object along a motion of the palm, with a force on it; as `hold`."""
         steps, drift = self._steps(time_s), self.drift()
         for k in range(1, steps + 1):
-            self._step(goes(k / steps), self._squeezed, force_n, None)
+            self._physics.step(goes(k / steps), self._squeezed, force_n)
             if k % self._look == 0:
                 drift = self._looked()
                 if lost(drift):
@@ -260,7 +194,7 @@ class HoldStand:
         stays = self._palm if palm is None else palm
         for k in range(1, steps + 1):
             share = k / steps
-            self._step(stays, self._squeezed, kept + share * force_n, share * torque_nm)
+            self._physics.step(stays, self._squeezed, kept + share * force_n, share * torque_nm)
             if k % self._look == 0 or k == steps:
                 if lost(self._looked()):
                     break
@@ -269,22 +203,15 @@ class HoldStand:
 
     def drift(self) -> Drift:
         """Return how far the object is from where it was when the hand had closed."""
-        now = self.object_in_palm()
-        touches = sum(touch is not None for touch in self._fingers.touches(_CONTACT_FORCE_N))
+        now = self._physics.object_in_palm()
+        touches = self._physics.fingers.touching(_CONTACT_FORCE_N)
         slip = 0.0 if self._slip is None else self._slip.slip_m
         moved = float(np.linalg.norm(now[:3, 3] - self._start[:3, 3]))
         return Drift(moved, turn_deg(self._start, now), slip, touches)
 
-    def object_in_palm(self) -> FloatArray:
-        """Return transform_object_to_palm, shape (4, 4)."""
-        return placed_in(self._fingers.palm_pose(), self.object_pose())
-
     def object_pose(self) -> FloatArray:
         """Return the object's pose in the stand, shape (4, 4)."""
-        pose = self._world.object_pose()
-        if not np.isfinite(pose).all():
-            raise SimulationError("the object's pose is not finite", remedy="reduce stand.time_step_s")
-        return pose
+        return self._physics.object_pose()
 
     @property
     def palm(self) -> FloatArray:
@@ -298,87 +225,21 @@ class HoldStand:
     def _steps(self, time_s: float) -> int:
         return max(1, round(time_s / self.parameters.time_step_s))
 
-    def _begin(self) -> None:
-        self._start = self.object_in_palm()
-        self._slip = SlipMeter(self._fingers, tuple(range(self.hand.n_fingers)), _CONTACT_FORCE_N)
-        self._slip.look()
+    def _begin(self, meter_slip: bool) -> None:
+        self._start = self._physics.object_in_palm()
+        self._slip = None
+        if meter_slip:
+            fingers = tuple(range(self.hand.n_fingers))
+            self._slip = SlipMeter(self._physics.fingers, fingers, _CONTACT_FORCE_N)
+            self._slip.look()
 
     def _looked(self) -> Drift:
         if self._slip is not None:
             self._slip.look()
         return self.drift()
 
-    def _step(
-        self, palm: FloatArray, joints: FloatArray, force_n: FloatArray, torque_nm: FloatArray | None
-    ) -> None:
-        p = self.parameters
-        self._fingers.drive_wrist(palm, p.time_step_s)
-        q, velocity = self._fingers.state()
-        # In all the torque of springs to the goal; the part that does not change is none of the solver's.
-        pressing = p.stiffness_nm_rad * (joints - self._rest)
-        away = self._rest - q
-        springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
-        rate = p.stiffness_nm_rad / p.damping_nms_rad
-        self._fingers.drive_compliantly(pressing, springs, rate * away, self._all)
-        if np.any(force_n):
-            position, _ = pybullet.getBasePositionAndOrientation(
-                self._world.object_id, physicsClientId=self._client
-            )
-            pybullet.applyExternalForce(
-                self._world.object_id,
-                -1,
-                force_n.tolist(),
-                position,
-                pybullet.WORLD_FRAME,
-                physicsClientId=self._client,
-            )
-        if torque_nm is not None and np.any(torque_nm):
-            pybullet.applyExternalTorque(
-                self._world.object_id,
-                -1,
-                torque_nm.tolist(),
-                pybullet.WORLD_FRAME,
-                physicsClientId=self._client,
-            )
-        pybullet.stepSimulation(physicsClientId=self._client)
-
-    def _set_object(self, mass_kg: float, friction: float) -> None:
-        self.mass_kg, self.friction = mass_kg, friction
-        moments = np.linalg.eigvalsh(self.object_model.inertia) * (mass_kg / self.object_model.mass_kg)
-        pybullet.changeDynamics(
-            self._world.object_id,
-            -1,
-            mass=mass_kg,
-            localInertiaDiagonal=moments.tolist(),
-            lateralFriction=1.0,
-            rollingFriction=0.0,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            physicsClientId=self._client,
-        )
-        # Bullet multiplies the two bodies' coefficients.
-        for link in range(-1, pybullet.getNumJoints(self._fingers.body, physicsClientId=self._client)):
-            pybullet.changeDynamics(
-                self._fingers.body, link, lateralFriction=friction, physicsClientId=self._client
-            )
-
 
 def placed_in(transform_palm: FloatArray, transform_object: FloatArray) -> FloatArray:
     """Return the pose of the object in the palm frame, shape (4, 4)."""
     pose: FloatArray = np.linalg.inv(transform_palm) @ transform_object
     return pose
-
-
-def _between(before: FloatArray, after: FloatArray) -> Goes:
-    """Return the motion along a line from one pose to another."""
-    if np.abs(before - after).max() < 1e-12:
-        return lambda _: after
-    turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack((before[:3, :3], after[:3, :3]))))
-
-    def goes(share: float) -> FloatArray:
-        pose = np.eye(4)
-        pose[:3, :3] = turn(share).as_matrix()
-        pose[:3, 3] = (1.0 - share) * before[:3, 3] + share * after[:3, 3]
-        return pose
-
-    return goes

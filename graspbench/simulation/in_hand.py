@@ -125,11 +125,11 @@ def _move_in_hand(stage: Stage, grip: Grip, path: InHandPath) -> list[tuple[floa
     def drive(k: int) -> None:
         time_s = min(k * dt, float(path.times[-1]))
         offset = _joints_at(path, time_s) - path.joints[0]
-        grip.control.rest = rest + offset
+        at = min(int(np.searchsorted(path.times, time_s)), len(path.times) - 1)
+        wanted = path.transforms_object_to_palm[at] @ undo @ start
+        grip.control.aim(rest + offset, wanted)
         if k % every == 0:
             grip.control.distribute()  # contacts roll over the surface
-            at = min(int(np.searchsorted(path.times, time_s)), len(path.times) - 1)
-            wanted = path.transforms_object_to_palm[at] @ undo @ start
             if k > 0:
                 tracked.append((k * dt, grip.object_in_palm(), wanted))
 

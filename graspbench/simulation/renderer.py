@@ -58,9 +58,8 @@ class Renderer:
         table_size_m: float = 0.0,
     ) -> None:
         self._scene = scene
-        self._vertices = (
-            np.asarray(object_model.mesh.vertices) @ object_to_world[:3, :3].T + object_to_world[:3, 3]
-        )
+        self._object_vertices = np.asarray(object_model.mesh.vertices)
+        self._vertices = self._object_vertices @ object_to_world[:3, :3].T + object_to_world[:3, 3]
         self._folder = tempfile.TemporaryDirectory(prefix="graspbench-")
         self._client = pybullet.connect(pybullet.DIRECT)
         self._plugin = -1
@@ -99,6 +98,17 @@ class Renderer:
                 pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
         self._folder.cleanup()
+
+    def move(self, object_to_world: FloatArray, scene: SceneParameters) -> None:
+        """Put the object elsewhere, shape (4, 4), into another light."""
+        self._scene = scene
+        self._vertices = self._object_vertices @ object_to_world[:3, :3].T + object_to_world[:3, 3]
+        pybullet.resetBasePositionAndOrientation(
+            self.object_body,
+            object_to_world[:3, 3].tolist(),
+            quaternion_of(object_to_world),
+            physicsClientId=self._client,
+        )
 
     def render(self, intrinsics: Intrinsics, camera_to_world: FloatArray) -> tuple[ImageArray, IntImage]:
         """Draw all there is.

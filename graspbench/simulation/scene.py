@@ -1,11 +1,45 @@
 """How the scene is set up: the object's place, the table, the light, the noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 Colour = tuple[float, float, float]
+
+
+MotionKind = Literal["none", "conveyor", "turntable", "drift"]
+
+
+@dataclass(frozen=True)
+class TravelParameters:
+    """How what the object stands on moves, where ``scene.motion`` lets it; and the robot's pace."""
+
+    speed_m_s: Annotated[
+        float | None,
+        Field(ge=0, le=0.5, description="Speed of conveyor or drift, m/s; null: 0.1, of a drift 0.03"),
+    ] = None
+    direction_deg: Annotated[
+        float, Field(description="Where conveyor or drift go to, deg from the world's x axis")
+    ] = 0.0
+    turn_rate_deg_s: Annotated[
+        float | None,
+        Field(ge=-60, le=60, description="Yaw rate of turntable or drift, deg/s; null: 30, of a drift 8"),
+    ] = None
+    axis_distance_m: Annotated[
+        float, Field(ge=0, le=0.5, description="Distance of the turntable's axis from the object, m")
+    ] = 0.05
+    variation: Annotated[
+        float, Field(ge=0, le=1, description="Share by which a drift's speed and yaw rate swing up and down")
+    ] = 0.3
+    period_s: Annotated[float, Field(ge=1, le=600, description="Time of one such swing, s")] = 60.0
+    image_period_s: Annotated[
+        float,
+        Field(ge=0.02, le=5, description="Time from one image to the next, the camera's way included, s"),
+    ] = 0.4
+    planning_time_s: Annotated[
+        float, Field(ge=0, le=60, description="Time from the last image to the hand's first move, s")
+    ] = 1.0
 
 
 @dataclass(frozen=True)
@@ -25,7 +59,34 @@ class SceneParameters:
         Field(description="Photographs turned by their EXIF data: refuse, turn, or take as stored"),
     ] = "refuse"
 
-    x_m: Annotated[float, Field(description="Where the object is put, world x, m")] = 0.0
+    motion: Annotated[
+        MotionKind,
+        Field(
+            description="What the object stands on: a table at rest, a conveyor, a turntable, or one that "
+            "drifts along and turns at a slowly varying pace"
+        ),
+    ] = "none"
+    travel: Annotated[TravelParameters, Field(description="How it moves, if it does")] = field(
+        default_factory=TravelParameters
+    )
+
+    unseen_shift_mm: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=100,
+            description="How far the object is shifted after it was seen, where the seed points to, mm",
+        ),
+    ] = 0.0
+    unseen_turn_deg: Annotated[
+        float,
+        Field(ge=0, le=180, description="How far it is turned about the vertical then, either way, deg"),
+    ] = 0.0
+
+    x_m: Annotated[
+        float,
+        Field(description="Where the object is put, world x, m; one that moves passes there halfway"),
+    ] = 0.0
     y_m: Annotated[float, Field(description="Where the object is put, world y, m")] = 0.0
     yaw_deg: Annotated[
         float | None,

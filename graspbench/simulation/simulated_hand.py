@@ -148,6 +148,49 @@ class SimulatedHand:
             physicsClientId=self._client,
         )
 
+    def drive_by_torques(self, rotor_inertia_kg_m2: float) -> None:
+        """Switch the fingers' motors off, for `apply_torques`, and give every joint its motor's inertia.
+
+        Args:
+            rotor_inertia_kg_m2: Inertia of a joint's motor, as it is felt behind the gears.
+        """
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.VELOCITY_CONTROL,
+            forces=[0.0] * len(self._joint_ids),
+            physicsClientId=self._client,
+        )
+        for link in self._joint_ids:
+            moments = pybullet.getDynamicsInfo(self.body, link, physicsClientId=self._client)[2]
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                localInertiaDiagonal=[moment + rotor_inertia_kg_m2 for moment in moments],
+                physicsClientId=self._client,
+            )
+
+    def apply_torques(self, torques: FloatArray) -> None:
+        """Apply torques within the joints' limits for the next step, shape (n_q,), N m."""
+        limits = self.hand.effort_limits
+        pybullet.setJointMotorControlArray(
+            self.body,
+            self._joint_ids,
+            pybullet.TORQUE_CONTROL,
+            forces=np.minimum(np.maximum(torques, -limits), limits).tolist(),
+            physicsClientId=self._client,
+        )
+
+    def touching(self, least_force_n: float) -> int:
+        """Return how many fingers touch the object with at least a normal force, as `touches` finds them."""
+        found = pybullet.getContactPoints(self.world.object_id, self.body, physicsClientId=self._client)
+        tips, others = [0.0] * self.hand.n_fingers, [0.0] * self.hand.n_fingers
+        for contact in found:
+            owner = self._finger_of_link.get(contact[4])
+            if owner is not None and contact[9] > 0.0:
+                (tips if owner[1] else others)[owner[0]] += contact[9]
+        return sum((tip or other) >= least_force_n for tip, other in zip(tips, others, strict=True))
+
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Return joint positions and velocities, each shape (n_q,)."""
         states = pybullet.getJointStates(self.body, self._joint_ids, physicsClientId=self._client)
@@ -181,6 +224,24 @@ class SimulatedHand:
             if owner is not None and contact[9] > 0.0:
                 sums[owner[0]].append((contact[9], contact[6], contact[7], owner[1]))
         return tuple(_touch(parts, least_force_n) for parts in sums)
+
+    def force_on_object(self, about: FloatArray) -> FloatArray:
+        """Return the wrench of all contacts with the hand in the step before, shape (6,), N and N m.
+
+        Torques that contacts bear about their normals are not in it: Bullet does not tell them.
+
+        Args:
+            about: Point in the world that torques are about, shape (3,).
+        """
+        wrench = np.zeros(6)
+        for contact in pybullet.getContactPoints(
+            self.world.object_id, self.body, physicsClientId=self._client
+        ):
+            force = contact[9] * np.array(contact[7])
+            force += contact[10] * np.array(contact[11]) + contact[12] * np.array(contact[13])
+            wrench[:3] += force
+            wrench[3:] += np.cross(np.array(contact[6]) - about, force)
+        return wrench
 
     def _load(self) -> int:
         base = self.mount.base_to_world

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.errors import SimulationError
+from graspbench.errors import ConfigurationError, SimulationError
 from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.bullet_exchange import pose_of, quaternion_of, write_obj
@@ -59,6 +59,7 @@ class ObjectWorld:
                 contactBreakingThreshold=_CONTACT_BREAKING_M, physicsClientId=self.client
             )
             self._transform_inertial_to_object, self._moments = _principal_axes(object_model)
+            self._transform_object_to_inertial = np.linalg.inv(self._transform_inertial_to_object)
             with captured_output():
                 self._surround()
                 self.object_id = self._add_object(transform_object_to_world)
@@ -86,8 +87,7 @@ class ObjectWorld:
         position, quaternion = pybullet.getBasePositionAndOrientation(
             self.object_id, physicsClientId=self.client
         )
-        inertial_to_world = pose_of(position, quaternion)
-        pose: FloatArray = inertial_to_world @ np.linalg.inv(self._transform_inertial_to_object)
+        pose: FloatArray = pose_of(position, quaternion) @ self._transform_object_to_inertial
         return pose
 
     def put_object(self, transform_object_to_world: FloatArray) -> None:
@@ -97,6 +97,9 @@ class ObjectWorld:
             self.object_id, pose[:3, 3].tolist(), quaternion_of(pose), physicsClientId=self.client
         )
         pybullet.resetBaseVelocity(self.object_id, [0.0] * 3, [0.0] * 3, physicsClientId=self.client)
+
+    def carry(self, time_s: float) -> None:
+        """Let what carries the object go on for the time of the next step; a table at rest does nothing."""
 
     def _surround(self) -> None:
         """Set up what is there before the object: in a world of the object alone, nothing."""
@@ -153,6 +156,8 @@ class World(ObjectWorld):
         seed: Draws the object's yaw when the scene leaves it open.
 
     Attributes:
+        moves: Whether the table moves.
+        time_s: Time since it does.
         table_id: Body of the table top, an infinite plane.
         transform_object_to_world: Pose of the object's own frame at rest, shape (4, 4).
 
@@ -160,7 +165,15 @@ class World(ObjectWorld):
         SimulationError: The object does not come to rest, or PyBullet cannot build it.
     """
 
+    moves = False
+    time_s = 0.0
+
     def __init__(self, object_model: "ObjectModel", scene: SceneParameters, seed: int = 0) -> None:
+        if scene.motion != "none" and not self.moves:
+            raise ConfigurationError(
+                f"scene.motion = {scene.motion} cannot be used here: this looks at an object at rest",
+                remedy="leave it out, or use run, sweep or report",
+            )
         self.scene = scene
         super().__init__(object_model, _start_pose(object_model, scene, seed))
         try:
@@ -169,6 +182,11 @@ class World(ObjectWorld):
         except BaseException:
             self.close()
             raise
+
+    @property
+    def to_table(self) -> FloatArray:
+        """The transform from the world to the table's frame, shape (4, 4): what is drawn is drawn there."""
+        return np.eye(4)
 
     def _surround(self) -> None:
         pybullet.setGravity(0, 0, -self.scene.gravity, physicsClientId=self.client)

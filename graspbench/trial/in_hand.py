@@ -122,7 +122,13 @@ def _play(
     from graspbench.simulation.tip_friction import tip_friction
 
     with clock.stage("paths"):
-        _, approach = clear_approach(trial.plan.history, trial.surfaces[-1], trial.hand, config.planner)
+        _, approach = clear_approach(
+            trial.plan.history,
+            trial.surfaces[-1],
+            trial.hand,
+            config.planner,
+            trial.checker.ground_height_m,
+        )
     path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
     pad = config.contact.forces.pad if config.contact.kind == "soft_pad" else None

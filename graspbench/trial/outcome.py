@@ -22,8 +22,9 @@ from graspbench.results.grasp_results import (
     PostureResult,
     RefinedGraspResult,
     RestartedResult,
+    StrengthenedResult,
 )
-from graspbench.results.physical_results import ExecutedResult, PhaseResult
+from graspbench.results.physical_results import ExecutedResult, PhaseResult, StepResult
 from graspbench.results.trial_result import ObjectResult, ReconstructionResult
 from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 
@@ -49,7 +50,7 @@ def local_result(
         plan.details,
         **_grasp(plan.grasp),
         **plan.quality._asdict(),
-        **_verification(trial),
+        **_verification(trial, plan.grasp),
         formed={} if plan.details is None else _formed(plan.details),
         mirtich_canny=None if search is None else _outer_triangle(plan.grasp, search),
         measures={} if quality is None else _measures(plan.grasp, last, quality),
@@ -73,6 +74,22 @@ def restarted_result(plan: LocalPlan) -> RestartedResult:
     """Return the grasp of the multi-start on the finished surface."""
     found: RestartedResult = picked(
         RestartedResult, plan, **_grasp(plan.grasp), **plan.quality._asdict(), measures={}
+    )
+    return found
+
+
+def strengthened_result(trial: "PlannedTrial", quality: QualityParameters) -> StrengthenedResult | None:
+    """Return the grasp that is executed in place of the planned one; None where that is executed."""
+    instead = trial.strengthened
+    if instead is None:
+        return None
+    found: StrengthenedResult = picked(
+        StrengthenedResult,
+        instead,
+        **_grasp(instead.grasp),
+        **instead.quality._asdict(),
+        **_verification(trial, instead.grasp),
+        measures=_measures(instead.grasp, trial.surfaces[-1], quality),
     )
     return found
 
@@ -143,7 +160,10 @@ def reconstruction_result(trial: "PlannedTrial") -> ReconstructionResult:
 
 def execution_result(execution: ExecutionResult) -> ExecutedResult:
     """Return what came of the execution; the sampled motion is left to the log."""
-    found: ExecutedResult = picked(ExecutedResult, execution, phases=phase_results(execution.phases))
+    steps = {kind: picked(StepResult, step) for kind, step in execution.steps.items()}
+    found: ExecutedResult = picked(
+        ExecutedResult, execution, phases=phase_results(execution.phases), steps=steps
+    )
     return found
 
 
@@ -152,13 +172,13 @@ def phase_results(phases: tuple[PhaseOutcome, ...]) -> dict[str, PhaseResult]:
     return {phase.name: picked(PhaseResult, phase) for phase in phases}
 
 
-def _verification(trial: "PlannedTrial") -> dict[str, Any]:
-    """Return whether the local grasp's posture stands before an independent check, and what is wrong if not.
+def _verification(trial: "PlannedTrial", grasp: Grasp) -> dict[str, Any]:
+    """Return whether a grasp's posture stands before an independent check, and what is wrong if not.
 
     The check is `GraspChecker.verify`: fingertips, joint limits, singular values, and collisions of the
     whole collision shapes with the hand itself, the ground and the reconstructed surface.
     """
-    grasp, last = trial.plan.grasp, trial.surfaces[-1]
+    last = trial.surfaces[-1]
     if grasp.posture is None:
         return {}
     body = trimesh.Trimesh(last.points, last.network.faces, process=False)

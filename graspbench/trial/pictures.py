@@ -46,7 +46,7 @@ def draw_trial(
                 np.asarray(mesh.vertices),
                 np.asarray(mesh.faces),
                 trial.hand,
-                trial.plan.grasp,
+                trial.executed.grasp,
                 execution.motion,
                 execution.contact_time_s,
                 execution.reason,
@@ -72,7 +72,7 @@ def draw_evidence(folder: Path, evidence: Evidence, *, for_print: bool = False) 
 def _draw(folder: Path, index: str, trial: PlannedTrial, paths: Sequence[FingertipPath]) -> None:
     draw_views(trial.views, trial.silhouettes, folder / "views.png")
     draw_surface_moments(pick_moments(trial.surfaces), folder / "surface.png")
-    surface, grasp, quality = trial.surfaces[-1], trial.plan.grasp, trial.plan.quality
+    surface, grasp, quality = trial.surfaces[-1], trial.executed.grasp, trial.executed.quality
     write_geometry(*trial_geometry(surface, grasp, paths, trial.hand), folder)
     title = f"{trial.name}, {trial.hand.name} hand, {index}"
     caption = f"Q1 {quality.q1:.3g}   Q2 {quality.q2:.3g}   Q3 {quality.q3:.3g}"

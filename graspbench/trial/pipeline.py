@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from graspbench.config.trial_config import TrialConfig
-from graspbench.errors import PlanningError, TrialError
+from graspbench.errors import TrialError
 from graspbench.grasp import Grasp
-from graspbench.grasp.contact import WITH_TORSION
 from graspbench.planning import (
     FingertipPath,
     GlobalResult,
@@ -20,17 +19,19 @@ from graspbench.planning import (
     RefinedGrasp,
     clear_approach,
     make_index,
-    payload_n,
     plan_global,
     plan_restarted,
     refine,
 )
 from graspbench.record import TrialLog
+from graspbench.results.physical_results import ExecutedResult
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.execution_result import ExecutionResult
+from graspbench.simulation.exploration import FeltParts
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
+from graspbench.trial.felt import felt_result, shift_unseen, true_q3
 from graspbench.trial.outcome import (
     execution_result,
     global_results,
@@ -41,8 +42,10 @@ from graspbench.trial.outcome import (
     reconstruction_result,
     refined_results,
     restarted_result,
+    strengthened_result,
 )
 from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.strengthening import strengthened
 
 
 def run_grasp(
@@ -63,15 +66,22 @@ def run_grasp(
     """
     evidence = Evidence()
     with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
+        trial = strengthened(config, trial, clock)
         with clock.stage("record"):
             _record_plan(log, trial)
-        _check_payload(config, trial)
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
         paths, motion = clock.run(
             "paths",
-            partial(clear_approach, trial.plan.history, trial.surfaces[-1], trial.hand, config.planner),
+            partial(
+                clear_approach,
+                trial.executed.history,
+                trial.surfaces[-1],
+                trial.hand,
+                config.planner,
+                trial.checker.ground_height_m,
+            ),
         )
         with clock.stage("record"):
             _record_paths(log, trial, best, paths, motion)
@@ -82,6 +92,8 @@ def run_grasp(
     )
     with clock.stage("record"):
         if execution is not None:
+            if execution.explored is not None:
+                log.felt(execution.explored.felt)
             log.motion(trial.hand.joint_names, execution.motion)
         log.scores(_scores(result))
     if folder is not None and execution is not None:
@@ -117,36 +129,6 @@ def _pictured(
 
                 draw_evidence(folder, evidence, for_print=config.record.print)
         raise
-
-
-def _check_payload(config: TrialConfig, trial: PlannedTrial) -> None:
-    """Refuse to lift what is too heavy for the hand with the planned grasp, as far as it is known."""
-    grasp, safety = trial.plan.grasp, config.execution.payload_safety
-    lifts = config.execution.until not in ("off", "contact")
-    if trial.scene is None or grasp.posture is None or not lifts or safety == 0.0:
-        return
-    quality, surface = config.quality, trial.surfaces[-1]
-    length_m = quality.torque_length_m(surface.points, surface.centroid)
-    carried_n = payload_n(
-        trial.hand,
-        grasp.posture,
-        grasp.points,
-        -grasp.normals,
-        grasp.centroid,
-        quality.friction,
-        quality.torsion(length_m) * length_m if quality.contact in WITH_TORSION else 0.0,
-    )
-    mass_kg, limit_kg = trial.scene.model.mass_kg, carried_n / config.scene.gravity
-    if limit_kg < safety * mass_kg:
-        raise PlanningError(
-            f"'{trial.name}' is too heavy for the hand '{trial.hand.name}': it weighs {mass_kg:.2f} kg, joint"
-            f" torques and friction carry {limit_kg:.2f} kg at best with the planned grasp; {safety:g} times"
-            " its weight is wanted",
-            remedy="take a stronger hand (hand.effort_limit_nm), more friction, or a "
-            "lower execution.payload_safety",
-            mass_kg=mass_kg,
-            payload_kg=limit_kg,
-        )
 
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
@@ -235,8 +217,17 @@ def _execute(
         return None
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
+        ride = None if trial.followed is None else trial.followed.begin()
+        shift_unseen(trial.scene.world, config.scene, config.seed)
         return execute_grasp(
-            trial.scene.world, trial.hand, trial.plan.grasp, motion, config.execution, friction
+            trial.scene.world,
+            trial.hand,
+            trial.executed.grasp,
+            motion,
+            config.execution,
+            friction,
+            ride,
+            FeltParts(trial.surfaces[-1], motion.closing),
         )
 
 
@@ -256,23 +247,46 @@ def _result(
         success=None if execution is None else execution.success,
         object=object_result(trial),
         planned=planned_result(config.planner_name, trial.plan),
+        strengthened=strengthened_result(trial, quality),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
         ratio=ratios(local, optima),
         refined=refined_results(refined),
+        moving=None if trial.followed is None else trial.followed.result(config.scene.motion),
         reconstruction=reconstruction_result(trial),
-        execution=None if execution is None else execution_result(execution),
+        execution=None if execution is None else _executed(config, trial, execution),
+    )
+
+
+def _executed(config: TrialConfig, trial: PlannedTrial, execution: ExecutionResult) -> ExecutedResult:
+    """Return what came of the execution, with what was felt and how good the real contacts were."""
+    assert trial.scene is not None, "what was executed was simulated"
+    return dataclasses.replace(
+        execution_result(execution),
+        true_q3=true_q3(trial.scene.model, execution, config.quality, trial.surfaces[-1]),
+        touch=felt_result(trial.scene, trial.surfaces[-1], execution),
     )
 
 
 def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
-    log.views(trial.views, trial.silhouettes)
+    if trial.followed is not None:
+        followed = trial.followed
+        log.followed_views(
+            followed.capture.tracked.views,
+            trial.silhouettes,
+            [followed.capture.true_pose(view.time_s or 0.0) for view in trial.views],
+            [followed.estimated_pose(view.time_s or 0.0) for view in trial.views],
+        )
+    else:
+        log.views(trial.views, trial.silhouettes)
     if trial.scene is not None:
         log.object_pose(trial.scene.transform_object_to_world)
     for surface in trial.surfaces:
         log.surface(surface)
     log.grasp(trial.plan.grasp, "local")
+    if trial.strengthened is not None:
+        log.grasp(trial.strengthened.grasp, "strengthened")
 
 
 def _record_paths(

@@ -29,10 +29,12 @@ from graspbench.planning import (
 )
 from graspbench.reconstruction import Surface, reconstruct
 from graspbench.trial.clock import StageClock
+from graspbench.trial.moving import FollowedObject, follow_object
 
 if TYPE_CHECKING:
     from graspbench.simulation import World
     from graspbench.simulation.execution_result import Motion
+    from graspbench.trial.strengthening import Strengthened
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,8 @@ class PlannedTrial:
         silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
         plan: What the planner found.
+        followed: The moving object, if it moves; then all of the above is as at its reference time.
+        strengthened: What is executed in place of the plan's grasp; None where that is executed.
     """
 
     name: str
@@ -73,6 +77,13 @@ class PlannedTrial:
     silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
     plan: Plan
+    followed: FollowedObject | None = None
+    strengthened: "Strengthened | None" = None
+
+    @property
+    def executed(self) -> "Plan | Strengthened":
+        """Whose grasp and history are executed."""
+        return self.plan if self.strengthened is None else self.strengthened
 
 
 @dataclass
@@ -113,21 +124,29 @@ def planned_trial(
         hand = load_hand(config.hand)
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
     with ExitStack() as stack:
+        followed, scene, silhouettes = None, None, None
         if config.scene.source == "images":
-            scene, name = None, str(config.scene.images_dir)
+            name = str(config.scene.images_dir)
             with clock.stage("images"):
                 views = load_views(config.scene.images_dir, config.scene.exif_orientation)
         else:
-            scene, views = _photograph(config, checker, clock, stack)
-            name = scene.model.name
+            model = _load(config, checker, clock)
+            name = model.name
+            if config.scene.motion == "none":
+                scene, views = _photograph(config, model, clock, stack)
+            else:
+                followed, views, silhouettes = follow_object(config, model, clock, stack)
+                scene = Scene(followed.world, model, followed.reference_pose)
         evidence.views = tuple(views)
-        silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
+        if silhouettes is None:
+            silhouettes = clock.run("silhouettes", partial(find_silhouettes, views, config.silhouette))
         evidence.silhouettes = silhouettes
+        outlines = silhouettes
 
         def plan_while_forming() -> tuple[list[Surface], Plan]:
             surfaces: list[Surface] = []
             evidence.surfaces = surfaces
-            snapshots = clock.producing("reconstruction", reconstruct(silhouettes, config.surface), surfaces)
+            snapshots = clock.producing("reconstruction", reconstruct(outlines, config.surface), surfaces)
             problem = PlanningProblem(
                 snapshots, checker, fingers, index, config.quality, config.seed, config.planner.time_limit_s
             )
@@ -136,7 +155,7 @@ def planned_trial(
             return surfaces, plan
 
         surfaces, plan = clock.run_timed("local_planning", plan_while_forming)
-        yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan)
+        yield PlannedTrial(name, scene, hand, checker, views, silhouettes, surfaces, plan, followed)
 
 
 def film(config: TrialConfig, trial: PlannedTrial, motion: "Motion", folder: Path, clock: StageClock) -> None:
@@ -175,16 +194,21 @@ def reconstructed(config: TrialConfig) -> list[Surface]:
     return list(reconstruct(find_silhouettes(views, config.silhouette), config.surface))
 
 
+def _load(config: TrialConfig, checker: GraspChecker, clock: StageClock) -> ObjectModel:
+    """Load the object, if the hand can span it."""
+    with clock.stage("object"):
+        model = load_object(config.object)
+        _check_size(model, checker)
+    return model
+
+
 def _photograph(
-    config: TrialConfig, checker: GraspChecker, clock: StageClock, stack: ExitStack
+    config: TrialConfig, model: ObjectModel, clock: StageClock, stack: ExitStack
 ) -> tuple[Scene, tuple[View, ...]]:
     """Put the object on the table and take images of it from all stations."""
     from graspbench.simulation import World
     from graspbench.simulation.capture import capture
 
-    with clock.stage("object"):
-        model = load_object(config.object)
-        _check_size(model, checker)
     with clock.stage("scene"):
         world = stack.enter_context(World(model, config.scene, config.seed))
     with clock.stage("images"):

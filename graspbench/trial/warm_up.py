@@ -32,14 +32,15 @@ def main() -> None:
 
 
 def warm_up_trial() -> None:
-    """Compile what else a trial with pictures runs through: images, surface, paths, drawing."""
+    """Compile what else a trial with pictures runs through: images, surface, paths, drawing, table."""
     from graspbench.config.trial_config import load_config
     from graspbench.results.store import ResultStore
     from graspbench.trial.runner import run_and_store
 
     config = load_config([*_COARSE, "search.enabled=false", "execution.until=contact"])
     with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
-        run_and_store(config, ResultStore(Path(folder)))
+        run_and_store(config, store := ResultStore(Path(folder)))
+        store.write_table()
 
 
 def warm_up_planner() -> None:

@@ -63,6 +63,15 @@ def test_a_planted_fault_is_refused_and_can_be_read_as_meant(cli, tmp_path):
     assert cli("evaluate", path, *ALLEGRO, "protocol=none", "--as-it-is").code == 0
 
 
+def test_two_processes_say_what_one_says(cli, tmp_path):
+    path = dexgraspbench(tmp_path / "g.npy", known() * 3)
+    common = ("evaluate", path, *ALLEGRO, "protocol=none", "--json")
+    alone, both = cli(*common), cli(*common, "--jobs", "2")
+    assert both.code == 0, both.stderr
+    assert [row["grasp"] for row in both.document["rows"]] == list(range(24))
+    assert both.document == alone.document
+
+
 class Malicious:
     def __init__(self, path):
         self.path = path

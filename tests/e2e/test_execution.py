@@ -52,6 +52,30 @@ def test_what_is_too_heavy_is_refused_with_both_masses_and_a_look_at_it(cli, tmp
     assert {path.name for path in folder.glob("*.png")} == {"views.png", "surface.png"}
 
 
+def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp_path):
+    # The grasp that the index likes best carries 1.3 kg, and 1.5 times the weight is wanted.
+    heavy = ("execution=default", "object.mass_kg=1.0", "execution.strengthen_below=0")
+    finished = cli("run", *CHEAP, *heavy, "-o", tmp_path, "--json").document
+    light = cli("run", *CHEAP, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
+    assert finished["success"] is True
+    assert (finished["strengthened"]["for_weight"], finished["strengthened"]["climbed"]) == (True, False)
+    assert finished["strengthened"]["verified"] is True
+    assert light["strengthened"] is None
+    assert finished["local"]["contacts"] == light["local"]["contacts"]  # planners are compared as before
+
+
+def test_a_weak_grasp_climbs_before_it_is_executed_and_the_planned_one_is_still_told(cli, tmp_path):
+    weak = (*CHEAP, "execution=default", "planner.robust.reserve=0")
+    planned = cli("run", *weak, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
+    climbed = cli("run", *weak, "execution.strengthen_below=0.95", "-o", tmp_path, "--json").document
+    assert planned["strengthened"] is None
+    assert climbed["local"]["q3"] == planned["local"]["q3"]
+    assert climbed["strengthened"]["climbed"] is True
+    assert climbed["strengthened"]["q3"] > climbed["local"]["q3"]
+    assert climbed["strengthened"]["verified"] is True
+    assert climbed["success"] is True
+
+
 def test_an_object_that_is_lost_leaves_a_picture_of_it(cli, tmp_path):
     slippery = (*CHEAP, "execution=default", "execution.friction=0.02", "record.pictures=true")
     finished = cli("run", *slippery, "-o", tmp_path, "--json")

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from graspbench.evaluation.faults import combined_reading, find_fault
+from graspbench.evaluation.faults import find_fault, refuse_fault
 from graspbench.evaluation.formats.format import read_grasps
 from graspbench.evaluation.grasp_record import HandPose
+from graspbench.evaluation.other_readings import combined_reading
 from tests.evaluation.scene import (
     FINGER_BY_FINGER,
     WRITERS,
@@ -45,6 +46,26 @@ PLANTED = {
     "thumb first": (dexgraspbench, {"order": THUMB_FIRST}, ("joint_order",)),
     "sorted by name": (dexgraspbench, {"order": BY_NAME}, ("joint_order",)),
     "tip to palm": (dexgraspbench, {"order": FINGER_BY_FINGER[::-1]}, ("joint_order",)),
+    "thumb first in millimetres": (
+        dexgraspbench,
+        {"order": THUMB_FIRST, "metres": 1000.0},
+        ("millimetres", "joint_order"),
+    ),
+    "sorted by name in degrees": (
+        dexgraspbench,
+        {"order": BY_NAME, "radians": 180 / np.pi},
+        ("degrees", "joint_order"),
+    ),
+    "tip to palm, xyzw, degrees": (
+        dexgraspbench,
+        {"order": FINGER_BY_FINGER[::-1], "quaternion": xyzw, "radians": 180 / np.pi},
+        ("xyzw", "degrees", "joint_order"),
+    ),
+    "degrees and xyzw": (
+        dexgraspbench,
+        {"quaternion": xyzw, "radians": 180 / np.pi},
+        ("xyzw", "degrees"),
+    ),
     "isaac xyzw": (isaac, {"quaternion": xyzw}, ("xyzw",)),
     "dexgraspnet degrees": (dexgraspnet, {"radians": 180 / np.pi}, ("degrees",)),
 }
@@ -67,7 +88,7 @@ def test_a_right_file_has_no_fault(name, tmp_path):
     assert fault_of(write(tmp_path / file, known()), name) is None
 
 
-def test_a_file_of_the_other_hand_is_found_out(tmp_path):
+def mirrored():
     """Grasps of the left hand on the mirrored place of the bottle, which is round."""
     left = []
     for record in known():
@@ -79,12 +100,33 @@ def test_a_file_of_the_other_hand_is_found_out(tmp_path):
         left.append(
             replace(record, grasp=HandPose(flip @ record.grasp.transform_palm_to_object @ flip, joints))
         )
-    path = dexgraspbench(tmp_path / "g.npy", left)
+    return left
+
+
+def test_a_file_of_the_other_hand_is_found_out(tmp_path):
+    path = dexgraspbench(tmp_path / "g.npy", mirrored())
     other = setting("allegro_left")
     assert fault_of(path, "dexgraspbench", other) is None
     fault = fault_of(path, "dexgraspbench")
     assert fault.kinds == ("mirrored_hand",)
     assert "mirrored hand" in fault.sentence
+
+
+@pytest.mark.parametrize(
+    ("how", "kinds"),
+    [
+        ({"order": THUMB_FIRST}, ("joint_order", "mirrored_hand")),
+        ({"metres": 1000.0}, ("millimetres", "mirrored_hand")),
+        ({"radians": 180 / np.pi, "order": THUMB_FIRST}, ("degrees", "joint_order", "mirrored_hand")),
+    ],
+)
+def test_the_other_hand_and_what_else_is_wrong_are_found_out_together(how, kinds, tmp_path):
+    fault = fault_of(dexgraspbench(tmp_path / "g.npy", mirrored(), **how), "dexgraspbench")
+    assert fault.kinds == kinds
+    assert fault.as_meant_m < 1e-3 < fault.as_read_m
+    error = refuse_fault(fault, "dexgraspbench")
+    assert "choose the other hand with --hand" in str(error.remedy)
+    assert ("hand.formats.dexgraspbench.joints" in str(error.remedy)) == ("joint_order" in kinds)
 
 
 def test_bad_grasps_are_no_fault(tmp_path):

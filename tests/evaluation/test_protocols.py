@@ -11,13 +11,6 @@ from graspbench.evaluation.protocols.resist import Resist, force_directions
 from graspbench.simulation.hold_stand import HoldStand
 from tests.evaluation.test_judge import above_ball, ball, radial
 
-# Three small fingertips on a smooth ball hold it, but not in every storm.
-GENTLE = {
-    "half_of_trials": {"trials": 2, "position_error_m": 2e-4, "turn_error_deg": 0.2},
-    "tug": {"tug_weight": 0.5},
-    "shake": {"frequency_hz": 1.5, "shake_time_s": 0.7},
-    "resist": {"ramp_time_s": 0.3},
-}
 NEVER = lambda drift: False  # noqa: E731
 
 
@@ -33,13 +26,13 @@ def stage():
 @pytest.mark.parametrize("name", PROTOCOLS.names())
 def test_a_firm_grasp_is_a_success_and_a_grasp_of_nothing_is_none(name, stage):
     stand, record, judgement = stage
-    quick = GENTLE.get(name, {})
-    outcome = PROTOCOLS[name](**quick).run(stand, record, judgement, 0)
+    protocol = PROTOCOLS[name]()  # as it comes
+    outcome = protocol.run(stand, record, judgement, 0)
     assert outcome.success, outcome.reason
     assert outcome.reason is None
     missed = above_ball(stand.hand, height=0.5)
     judged = Judge(stand.hand, stand.object_model).judge([missed])[0]
-    outcome = PROTOCOLS[name](**quick).run(stand, missed, judged, 0)
+    outcome = protocol.run(stand, missed, judged, 0)
     assert not outcome.success
     assert outcome.reason
     assert outcome.value == 0.0

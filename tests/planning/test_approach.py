@@ -73,3 +73,25 @@ def test_a_tip_inside_the_object_is_a_collision_until_it_closes_on_its_contact()
     poses, joints = pose[None], last.posture.joints[None]
     assert collisions(HAND, triangles, poses, joints, 1, last.posture.fingers).all()
     assert not collisions(HAND, triangles, poses, joints, 0, last.posture.fingers).any()
+
+
+def test_the_ground_is_in_the_way_as_the_object_is():
+    last = held()
+    paths = fingertip_paths([last], PLANNER.paths, PLANNER.floating_distance_m, HAND)
+    motion = track(paths, HAND, last.posture, PLANNER.paths)
+    lowest = min(
+        float((HAND.tip_positions(joints) @ pose[:3, :3].T + pose[:3, 3])[:, 2].min())
+        for joints, pose in zip(motion.joints, motion.transform_palm_to_world, strict=True)
+    )
+    triangles = triangles_of(SURFACE.points, SURFACE.network.faces)
+
+    def sunk(ground_m):
+        return collisions(
+            HAND, triangles, motion.transform_palm_to_world, motion.joints, motion.closing,
+            last.posture.fingers, ground_m,
+        ).any()  # fmt: skip
+
+    # A tip's sphere reaches a radius below its centre; links are higher here.
+    assert sunk(lowest - HAND.tip_radius_m + 0.002)
+    assert not sunk(None)
+    assert not sunk(lowest - 0.1)

@@ -185,3 +185,22 @@ def test_a_way_of_a_millimetre_starts_and_ends_at_rest(history):
     path = track(paths, HAND, last.posture, PARAMETERS)
     step = PARAMETERS.acceleration_limit_rad_s2 * PARAMETERS.time_step_s
     assert np.abs(np.diff(path.velocities, axis=0)).max() <= step * (1 + 1e-6)
+
+
+def test_no_tip_goes_into_the_ground_on_its_way_and_all_end_on_their_contacts(history):
+    last = history[-1]
+    # The first configurations reach below the table, as an ellipsoid around a low object does.
+    sunk = [replace(grasp, points=grasp.points - [0.0, 0.0, 0.015]) for grasp in history[:-1]]
+    ground = float(last.points[:, 2].min()) - HAND.tip_radius_m - HAND.margins.ground_m - 1e-3
+    below = lowest_tip_m(fingertip_paths([*sunk, last], PARAMETERS, 0.02, HAND))
+    paths = fingertip_paths([*sunk, last], PARAMETERS, 0.02, HAND, ground)
+    assert below < ground
+    assert lowest_tip_m(paths) > ground + HAND.margins.ground_m - 1e-4
+    for path, point in zip(paths, last.points, strict=True):
+        np.testing.assert_allclose(path.points[-1], point, atol=1e-12)
+
+
+def lowest_tip_m(paths):
+    """Return the lowest point of all tips' spheres."""
+    centres = np.stack([path.points + HAND.tip_radius_m * path.normals for path in paths])
+    return float(centres[..., 2].min()) - HAND.tip_radius_m

@@ -116,6 +116,15 @@ def test_best_mean_is_bold_within_an_object_smallest_for_times(trials):
     assert group_table(trials, ["object"], ["mean"]).best_cells() == frozenset()
 
 
+def test_correlation_leaves_out_trials_that_executed_another_grasp_than_the_planned_one(trials):
+    planned = correlation_table(trials[:40])
+    trials["strengthened.q3"] = np.where(np.arange(60) < 40, np.nan, 0.3)
+    trials.loc[40:, "execution.phases.lift.slip_m"] = 0.5
+    table = correlation_table(trials)
+    assert table.data == planned.data
+    assert "20 trials are left out that executed a strengthened grasp." in table.notes
+
+
 def test_a_spread_stands_behind_the_mean(trials):
     text = to_markdown(group_table(trials, ["object"], ["mean", "std", "median"], ["local.q1"]))
     duck = trials.loc[trials["object.name"] == "duck", "local.q1"]

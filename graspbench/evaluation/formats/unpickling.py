@@ -5,8 +5,11 @@ NumPy's own constructors of arrays, types and scalars only, and refuses a file t
 """
 
 import io
+import math
 import pickle
-from collections.abc import Mapping
+import pickletools
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +18,64 @@ import numpy as np
 from graspbench.evaluation.formats.error import GraspFileError
 
 MAX_FILE_BYTES = 1 << 30
+_MAX_DIMENSIONS = 8
+_PLAIN_TYPE = re.compile(r"[<>|=]?(?:[biufc][0-9]{1,2}|[SU][0-9]{1,6}|O8?)")
+_MEMO_OPCODE = "LONG_BINPUT"
 
 
-class _Array:
-    """Stands for the class of arrays, which a pickle names but must not call."""
+class _Type:
+    """Stands for NumPy's types of numbers and texts: what a pickle says of one is checked, not obeyed.
+
+    NumPy's own types take any state, also one in which plain bytes are pointers to objects.
+    """
+
+    def __init__(self, code: Any, *_: Any) -> None:
+        if not isinstance(code, str) or _PLAIN_TYPE.fullmatch(code) is None:
+            raise pickle.UnpicklingError("an array of an odd type")
+        self.dtype = np.dtype(code)
+
+    def __setstate__(self, state: Any) -> None:
+        order, nested, size = _type_state(state)
+        if nested or size not in (-1, self.dtype.itemsize):
+            raise pickle.UnpicklingError("an array of an odd type")
+        self.dtype = self.dtype.newbyteorder(order)
+
+
+class _Array(np.ndarray[Any, Any]):
+    """An array whose content is checked against its shape and type before it is taken over."""
 
     def __new__(cls, *_: Any) -> "_Array":
         raise pickle.UnpicklingError("an array that is made by a call")
+
+    def __setstate__(self, state: Any) -> None:
+        _, shape, kind, fortran, content = state
+        dtype, count = _plain(kind), _size(shape)
+        whole = list if dtype.hasobject else bytes
+        length = count if dtype.hasobject else count * dtype.itemsize
+        if not isinstance(content, whole) or len(content) != length:
+            raise pickle.UnpicklingError("an array of another size than it says")
+        checked: Any = (1, shape, dtype, bool(fortran), content)
+        super().__setstate__(checked)
+
+
+def _type_state(state: Any) -> tuple[Any, bool, int]:
+    """Return byte order, whether it has parts, and the size of an item that the state of a type states."""
+    if not isinstance(state, tuple) or len(state) < 8 or state[1] not in ("<", ">", "|", "="):
+        raise pickle.UnpicklingError("an array of an odd type")
+    return state[1], any(part is not None for part in (*state[2:5], *state[8:])), state[5]
+
+
+def _plain(kind: Any) -> np.dtype[Any]:
+    if not isinstance(kind, _Type):
+        raise pickle.UnpicklingError("an array of an odd type")
+    return kind.dtype
+
+
+def _size(shape: Any) -> int:
+    known = isinstance(shape, tuple) and all(type(length) is int and length >= 0 for length in shape)
+    if not known or len(shape) > _MAX_DIMENSIONS:
+        raise pickle.UnpicklingError("an array of an odd shape")
+    return math.prod(shape)
 
 
 def _encoded(text: Any, encoding: Any) -> bytes:
@@ -31,36 +85,56 @@ def _encoded(text: Any, encoding: Any) -> bytes:
     return str(text).encode("latin1")
 
 
-def _reconstruct(kind: type, shape: Any, code: Any) -> np.ndarray[Any, Any]:
-    """Return an empty array, as NumPy's own function of that name does; of no subclass."""
-    if kind is not _Array or shape != (0,):
+def _reconstruct(kind: Any, shape: Any, code: Any) -> np.ndarray[Any, Any]:
+    """Return an empty array that waits for its content, as NumPy's own function of that name does."""
+    if kind is not _Array or shape != (0,) or code not in (b"b", "b"):
         raise pickle.UnpicklingError("an array of an odd kind")
-    return np.ndarray.__new__(np.ndarray, (0,), "b" if code == b"b" else str(code))
+    return np.ndarray.__new__(_Array, (0,), "b")
 
 
 def _scalar(kind: Any, content: Any = None) -> Any:
-    if not isinstance(kind, np.dtype) or kind.hasobject or not isinstance(content, bytes):
+    dtype = _plain(kind)
+    if dtype.hasobject or not isinstance(content, bytes) or len(content) != dtype.itemsize:
         raise pickle.UnpicklingError("a scalar of an odd type")
-    return np.frombuffer(content, dtype=kind, count=1)[0]
+    return np.frombuffer(content, dtype=dtype, count=1)[0]
 
 
 def _frombuffer(content: Any, kind: Any, shape: Any, order: Any) -> np.ndarray[Any, Any]:
-    if not isinstance(kind, np.dtype) or kind.hasobject:
+    dtype, count = _plain(kind), _size(shape)
+    if dtype.hasobject or not isinstance(content, bytes | bytearray | memoryview):
         raise pickle.UnpicklingError("an array of an odd type")
-    return np.frombuffer(bytes(content), dtype=kind).reshape(shape, order="F" if order == "F" else "C")
+    found = np.frombuffer(bytes(content), dtype=dtype)
+    if found.size != count:
+        raise pickle.UnpicklingError("an array of another size than it says")
+    return found.reshape(shape, order="F" if order == "F" else "C")
+
+
+class _Maker:
+    """A constructor that a pickle may call, and that it can do nothing else with."""
+
+    __slots__ = ("_make",)
+
+    def __init__(self, make: Callable[..., Any]) -> None:
+        self._make = make
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._make(*arguments)
+
+    def __setstate__(self, state: Any) -> None:
+        raise pickle.UnpicklingError("a state for what has none")
 
 
 _CONSTRUCTORS: Mapping[tuple[str, str], Any] = {
     (f"numpy{core}", name): made
     for core in (".core.multiarray", "._core.multiarray")
-    for name, made in (("_reconstruct", _reconstruct), ("scalar", _scalar))
+    for name, made in (("_reconstruct", _Maker(_reconstruct)), ("scalar", _Maker(_scalar)))
 } | {
-    ("numpy.core.numeric", "_frombuffer"): _frombuffer,
-    ("numpy._core.numeric", "_frombuffer"): _frombuffer,
+    ("numpy.core.numeric", "_frombuffer"): _Maker(_frombuffer),
+    ("numpy._core.numeric", "_frombuffer"): _Maker(_frombuffer),
     ("numpy", "ndarray"): _Array,
-    ("numpy", "dtype"): np.dtype,
+    ("numpy", "dtype"): _Type,
     ("collections", "OrderedDict"): dict,
-    ("_codecs", "encode"): _encoded,
+    ("_codecs", "encode"): _Maker(_encoded),
 }
 
 
@@ -75,6 +149,13 @@ class _PlainUnpickler(pickle.Unpickler):
 
     def persistent_load(self, pid: Any) -> Any:
         raise pickle.UnpicklingError("a reference to something outside the file")
+
+
+def _check_memo(content: bytes) -> None:
+    """Refuse a pickle that numbers what it remembers beyond its own length: room is made for all of them."""
+    for opcode, argument, _ in pickletools.genops(content):
+        if opcode.name == _MEMO_OPCODE and int(argument or 0) > len(content):
+            raise pickle.UnpicklingError("it remembers more than it can hold")
 
 
 class _CodeError(pickle.UnpicklingError):
@@ -116,7 +197,9 @@ def _loaded(stream: Any, size: int, path: Path) -> Any:
             return np.lib.format.read_array(stream, allow_pickle=False)
         if kind != np.dtype(object):
             raise ValueError("objects inside of records")
-        found = _PlainUnpickler(io.BytesIO(stream.read(size))).load()
+        content = stream.read(size)
+        _check_memo(content)
+        found = _PlainUnpickler(io.BytesIO(content)).load()
     except _CodeError as error:
         raise GraspFileError(
             f"{path} holds code ('{error}'), not only data, and nothing of it was executed",

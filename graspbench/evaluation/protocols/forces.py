@@ -33,7 +33,7 @@ class _AxisForces:
         self, stand: HoldStand, record: GraspRecord, judgement: Judgement, *, stop_when: bool | None = None
     ) -> tuple[list[bool], Drift]:
         """Return which forces were resisted, up to the first of outcome ``stop_when``, and the closing."""
-        closing = stand.grasp(stages_of(record, judgement), self.mass_kg, self.friction)
+        closing = stand.grasp(stages_of(record, judgement), self.mass_kg, self.friction, meter_slip=False)
         if self._is_lost(closing) or closing.fingers == 0:
             return [], closing
         turn, force_n = stand.object_pose()[:3, :3], self.force_weight * stand.weight_n

@@ -94,7 +94,7 @@ def _tried(
     lever_m = config.quality.torque_length_m(surface.points, surface.centroid)
     friction = tip_friction(config.execution, config.quality, surface)
     try:
-        _, motion = clear_approach((grasp,), surface, checker.hand, config.planner)
+        _, motion = clear_approach((grasp,), surface, checker.hand, config.planner, checker.ground_height_m)
         with World(model, config.scene, config.seed) as world:
             return execute_graded(world, checker.hand, grasp, motion, parameters, friction, lever_m)
     except GraspbenchError:

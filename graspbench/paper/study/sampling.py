@@ -26,7 +26,7 @@ STRATA: dict[str, tuple[float, float]] = {
 """Ranks of Q3 among the force closure draws, 0 the least, 1 the largest."""
 
 PLANNED = "planned"
-PER_HAND = 3
+PER_HAND = 2
 """Strata of which a hand tries a grasp on an object, drawn anew for each: more objects tell more."""
 
 TRIES = 25
