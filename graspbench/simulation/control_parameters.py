@@ -13,8 +13,8 @@ class ObjectImpedanceParameters:
     """Mass, damper and spring that the held object shall be, in translation and in rotation."""
 
     mass_kg: Annotated[float, Field(gt=0, description="Mass that a push on the object feels, kg")] = 0.5
-    damping_ns_m: Annotated[float, Field(ge=0, description="Damping to the goal's motion, N s/m")] = 20.0
-    stiffness_n_m: Annotated[float, Field(gt=0, description="Stiffness to the goal's place, N/m")] = 400.0
+    damping_ns_per_m: Annotated[float, Field(ge=0, description="Damping to the goal's motion, N s/m")] = 20.0
+    stiffness_n_per_m: Annotated[float, Field(gt=0, description="Stiffness to the goal's place, N/m")] = 400.0
     inertia_kgm2: Annotated[
         float, Field(gt=0, description="Moment of inertia that a torque on it feels, kg m^2")
     ] = 5e-4
@@ -54,8 +54,8 @@ class ComputedTorqueParameters:
 class HybridParameters:
     """Every finger by itself: force along the contact normal, place along the surface."""
 
-    stiffness_n_m: Annotated[float, Field(ge=0, description="Stiffness along the surface, N/m")] = 600.0
-    damping_ns_m: Annotated[float, Field(ge=0, description="Damping along the surface, N s/m")] = 3.0
+    stiffness_n_per_m: Annotated[float, Field(ge=0, description="Stiffness along the surface, N/m")] = 600.0
+    damping_ns_per_m: Annotated[float, Field(ge=0, description="Damping along the surface, N s/m")] = 3.0
     force_integral_hz: Annotated[
         float, Field(ge=0, description="Rate at which an error of the normal force is integrated away, 1/s")
     ] = 5.0

@@ -57,7 +57,7 @@ class HybridControl(ObjectLevelControl):
         moving = (state.contact_jacobian @ state.velocities + state.palm_velocities).reshape(-1, 3)
         arms = np.stack([touch.point for touch in touches]) - state.pose[:3, 3]
         wanted = step.goal_twist[:3] + np.cross(step.goal_twist[3:], arms)
-        pull = p.stiffness_n_m * (goals - tips) + p.damping_ns_m * (wanted - moving)
+        pull = p.stiffness_n_per_m * (goals - tips) + p.damping_ns_per_m * (wanted - moving)
         forces = np.empty_like(planned)
         sums = self._sums.copy()
         for i, touch in enumerate(touches):

@@ -26,9 +26,9 @@ class ObjectImpedance(LinearizedControl):
         super().__init__(stage, fingers, touches)
         p = stage.parameters.object_impedance
         self._parameters = p
-        self.model = p.mass_kg, p.damping_ns_m, p.stiffness_n_m
+        self.model = p.mass_kg, p.damping_ns_per_m, p.stiffness_n_per_m
         self.pushed_model = self.model if p.feels_wrench else None
-        self._shift = SecondOrder(p.mass_kg, p.damping_ns_m, p.stiffness_n_m, stage.time_step_s)
+        self._shift = SecondOrder(p.mass_kg, p.damping_ns_per_m, p.stiffness_n_per_m, stage.time_step_s)
         self._turn = SecondOrder(
             p.inertia_kgm2, p.turning_damping_nms_rad, p.turning_stiffness_nm_rad, stage.time_step_s
         )

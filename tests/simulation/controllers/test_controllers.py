@@ -36,7 +36,7 @@ def test_object_impedance_is_the_oscillator_it_is_told_to_be(hand, name):
 
 
 def test_other_masses_springs_and_dampers_too(hand):
-    other = ObjectImpedanceParameters(mass_kg=0.25, damping_ns_m=8.0, stiffness_n_m=600.0)
+    other = ObjectImpedanceParameters(mass_kg=0.25, damping_ns_per_m=8.0, stiffness_n_per_m=600.0)
     result = run(
         hand, "cylinder", control="object_impedance", object_impedance=other, step_m=0.002, step_force_n=1.0
     )
