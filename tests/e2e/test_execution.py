@@ -54,9 +54,14 @@ def test_what_is_too_heavy_is_refused_with_both_masses_and_a_look_at_it(cli, tmp
 
 def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp_path):
     # The grasp that the index likes best carries 1.3 kg, and 1.5 times the weight is wanted.
-    heavy = ("execution=default", "object.mass_kg=1.0", "execution.strengthen_below=0")
+    heavy = (
+        "execution=default",
+        "object.mass_kg=1.0",
+        "execution.strengthen_below=0",
+        "execution.strengthen_below_q3=0",
+    )
     finished = cli("run", *CHEAP, *heavy, "-o", tmp_path, "--json").document
-    light = cli("run", *CHEAP, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
+    light = cli("run", *CHEAP, "-o", tmp_path, "--json").document
     assert finished["success"] is True
     assert (finished["strengthened"]["for_weight"], finished["strengthened"]["climbed"]) == (True, False)
     assert finished["strengthened"]["verified"] is True
@@ -66,8 +71,11 @@ def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp
 
 def test_a_weak_grasp_climbs_before_it_is_executed_and_the_planned_one_is_still_told(cli, tmp_path):
     weak = (*CHEAP, "execution=default", "planner.robust.reserve=0")
-    planned = cli("run", *weak, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
-    climbed = cli("run", *weak, "execution.strengthen_below=0.95", "-o", tmp_path, "--json").document
+    never = ("execution.strengthen_below=0", "execution.strengthen_below_q3=0")
+    planned = cli("run", *weak, *never, "-o", tmp_path, "--json").document
+    threshold = 1.01 * planned["local"]["q3"]
+    sooner = ("execution.strengthen_below=0", f"execution.strengthen_below_q3={threshold}")
+    climbed = cli("run", *weak, *sooner, "-o", tmp_path, "--json").document
     assert planned["strengthened"] is None
     assert climbed["local"]["q3"] == planned["local"]["q3"]
     assert climbed["strengthened"]["climbed"] is True

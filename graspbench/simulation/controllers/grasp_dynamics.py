@@ -8,8 +8,8 @@ import pinocchio
 
 from graspbench.arrays import FloatArray
 from graspbench.simulation.bullet import pybullet
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _TORQUE_WEIGHT = 10.0
 """Of a torque in N m against a force in N where forces are distributed by least squares, 1/m."""

@@ -12,8 +12,8 @@ from graspbench.errors import HandError
 from graspbench.simulation.controllers.felt_contacts import FeltContacts
 from graspbench.simulation.controllers.grasp_dynamics import GraspDynamics, GraspState
 from graspbench.simulation.force_control import ForceControl
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _POSTURE_RATE = 10.0
 """How fast the fingers' free motion, which the object does not feel, goes to the posture at rest, 1/s."""
