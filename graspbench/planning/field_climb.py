@@ -51,7 +51,8 @@ def climb_field(
     widest = 1
     for node in range(len(contour_start) - 1):
         widest = max(widest, 1 + contour_start[node + 1] - contour_start[node])
-    all_moves, no_barrier = np.empty((n_f, widest), dtype=np.int64), np.zeros((n_f, widest))
+    # Contiguous, as those of a single proposal are: so what proposes is compiled once.
+    moves_room, walls_room = np.empty(n_f * widest, dtype=np.int64), np.zeros(n_f * widest)
     row = 0
     first[0] = 0
     for grasp in range(m):
@@ -61,15 +62,17 @@ def climb_field(
         for _ in range(longest - 1):
             width = 1
             for i in range(n_f):
+                width = max(width, 1 + contour_start[vertices[i] + 1] - contour_start[vertices[i]])
+            moves = moves_room[: n_f * width].reshape(n_f, width)
+            walls = walls_room[: n_f * width].reshape(n_f, width)
+            for i in range(n_f):
                 start, end = contour_start[vertices[i]], contour_start[vertices[i] + 1]
-                width = max(width, 1 + end - start)
-                all_moves[i, 0] = vertices[i]
-                for c in range(1, widest):
-                    all_moves[i, c] = -1
+                moves[i, 0] = vertices[i]
+                for c in range(1, width):
+                    moves[i, c] = -1
                 for c in range(end - start):
                     if allowed[contour_nodes[start + c]]:
-                        all_moves[i, 1 + c] = contour_nodes[start + c]
-            moves, walls = all_moves[:, :width], no_barrier[:, :width]
+                        moves[i, 1 + c] = contour_nodes[start + c]
             if len(balance) > 0:
                 moved = propose_balance(
                     nodes_points, nodes_normals, centroid, moves, walls, balance, vertices

@@ -1,6 +1,7 @@
 """Trials as runs of MLflow, in local files: what was asked for, what came of it, pictures and records."""
 
 import logging
+import math
 import os
 import re
 import warnings
@@ -194,9 +195,13 @@ def _name(column: str) -> str:
 def _number(value: Any) -> float | None:
     if hasattr(value, "item"):
         value = value.item()
-    if isinstance(value, bool | int | float) and abs(value) < float("inf"):
-        return float(value)
-    return None
+    if not isinstance(value, bool | int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number may have any length
+        return None
+    return number if math.isfinite(number) else None
 
 
 def _missing(value: Any) -> bool:

@@ -45,9 +45,9 @@ def test_values_are_the_schemas():
     assert STATISTICS == statistics.STATISTICS
 
 
-SHELLS = {
-    "bash": (["--norc", "--noprofile", "-i"], "bind 'set bell-style none'"),
-    "zsh": (["-f", "-i"], "autoload -U compinit; compinit -u"),
+SHELLS = {  # arguments, preparation, and how to get to the end of the line: zsh would take a space back
+    "bash": (["--norc", "--noprofile", "-i"], "bind 'set bell-style none'", "\x05"),
+    "zsh": (["-f", "-i"], "autoload -U compinit; compinit -u", ""),
 }
 
 
@@ -57,7 +57,7 @@ def shell(request, tmp_path_factory):
     name = request.param
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name}")
-    arguments, prepared = SHELLS[name]
+    arguments, prepared, to_end = SHELLS[name]
     folder = tmp_path_factory.mktemp(name)
     bin_dir = str(Path(sys.executable).parent)
     environment = os.environ | {
@@ -93,7 +93,7 @@ def shell(request, tmp_path_factory):
     def complete(line: str) -> str:
         # then the line is printed instead of run: echo is put before it, and a mark behind it
         os.write(terminal, f"{line}\t".encode())
-        os.write(terminal, b"\x05]'\x01echo '[\x0a")
+        os.write(terminal, f"{to_end}]'\x01echo '[\x0a".encode())
         return read_until(r"\r\n\[([^\r]*)\]\r\n").group(1)
 
     yield complete

@@ -135,7 +135,6 @@ class LinearizedControl(ObjectLevelControl):
         wrench = state.inertia @ acceleration + state.gyroscopic - self._dynamics.gravity_wrench
         forces = self._forces_for(state, wrench - wanted.counted_on)
         self._commanded(state, acceleration)
-        # What of it would take the joints beyond their torque limits is cut by the motors.
         joints = self._joint_accelerations(state, state.twist + self._dt * acceleration)
         torques: FloatArray = state.mass_matrix @ joints + state.bias + state.contact_jacobian.T @ forces
         return torques

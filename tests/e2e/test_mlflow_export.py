@@ -5,6 +5,8 @@ import sqlite3
 import warnings
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from graspbench.report import mlflow_export
@@ -33,7 +35,7 @@ def runs(folder, name="r"):
 
 
 def test_a_trial_is_a_run_with_what_was_asked_and_what_came_of_it(cli, results, tmp_path):
-    finished = cli("report", results, "--mlflow", tmp_path / "ml", "--json")
+    finished = cli("report", results, "--format", "csv", "--mlflow", tmp_path / "ml", "--json")
     assert finished.code == 0, finished.stderr
     assert str(tmp_path / "ml" / DATABASE) in finished.document["files"]
     assert "mlflow.store" not in finished.stderr
@@ -112,5 +114,12 @@ def test_without_mlflow_its_name_is_told(cli, results, tmp_path, monkeypatch):
 
 def test_names_are_what_mlflow_takes():
     assert mlflow_export._name("times_s.images") == "times_s.images"
-    assert mlflow_export._name("index.fault[0]:é") == "index.fault_0__"
+    assert mlflow_export._name("index.fault[0]:é") == "index.fault_0___"
     assert mlflow_export._name("../../x") == "x"
+
+
+def test_numbers_are_what_a_metric_can_be():
+    numbers = [True, 3, 2.5, np.float64(1.5), np.bool_(False)]
+    assert [mlflow_export._number(each) for each in numbers] == [1.0, 3.0, 2.5, 1.5, 0.0]
+    for none in (float("nan"), float("inf"), 10**400, None, "3", pd.NA):
+        assert mlflow_export._number(none) is None
