@@ -14,7 +14,13 @@ _FEW = 20
 
 
 def evaluate(
-    grasps: Annotated[Path, typer.Argument(help="A file of grasps, or a folder of such files.")],
+    grasps: Annotated[
+        Path,
+        typer.Argument(
+            help="A file of grasps, or a folder of such files; without --object: a results folder, whose "
+            "planners are compared."
+        ),
+    ],
     overrides: Annotated[
         list[str] | None,
         typer.Argument(
@@ -57,7 +63,12 @@ def evaluate(
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=0, help="Processes; 0: in this one.")] = 0,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Folder for evaluation.json and grasps.csv.", show_default=False),
+        typer.Option(
+            "--output",
+            "-o",
+            help="Folder for evaluation.json, grasps.csv and planners.csv.",
+            show_default=False,
+        ),
     ] = None,
     as_json: Json = False,
     config_dir: ConfigDir = None,
@@ -66,9 +77,9 @@ def evaluate(
     from graspbench.cli.printing import print_json
     from graspbench.cli.ticker import Saying
     from graspbench.errors import ConfigurationError
-    from graspbench.experiment import EvaluateOptions, evaluate_file
+    from graspbench.experiment import EvaluateOptions, evaluate_file, evaluate_results
 
-    if not object_name:
+    if not object_name and not grasps.is_dir():
         raise ConfigurationError("no object is given", remedy="say --object NAME, or --object FILE of a mesh")
     options = EvaluateOptions(
         hand=hand,
@@ -83,9 +94,14 @@ def evaluate(
     )
 
     with Saying(f"reading {grasps}") as saying:
-        evaluation = evaluate_file(
-            grasps, options, lambda done, of: saying.now("judging", f"{done} of {of} grasps done")
-        )
+
+        def tell(done: int, of: int) -> None:
+            saying.now("judging", f"{done} of {of} grasps done")
+
+        if object_name:
+            evaluation = evaluate_file(grasps, options, tell)
+        else:
+            evaluation = evaluate_results(grasps, options, output, tell)
     if output is not None:
         _store(evaluation, output)
     if as_json:
@@ -116,6 +132,8 @@ def _print(evaluation: "Evaluation") -> None:
         for row in evaluation.protocols
     ]
     print_rows(rows, title=f"{title}; 95 % intervals")
+    if evaluation.planners:
+        print_rows(evaluation.planners, title="Planners: trials, grasps found, and share of successes")
     if evaluation.ranks:
         columns = ("first", "second", "tau", "p", "inversions", "pairs", "grasps")
         print_rows(evaluation.ranks, title="How protocols agree on ranks (Kendall's tau-b)", columns=columns)
@@ -134,5 +152,6 @@ def _store(evaluation: "Evaluation", folder: Path) -> None:
     from graspbench.results.store import write_atomically
 
     write_atomically(folder / "evaluation.json", to_json(evaluation.as_tree()))
-    table = pd.json_normalize(evaluation.rows)
-    write_atomically(folder / "grasps.csv", csv_text(table))
+    write_atomically(folder / "grasps.csv", csv_text(pd.json_normalize(evaluation.rows)))
+    if evaluation.planners:
+        write_atomically(folder / "planners.csv", csv_text(pd.DataFrame(evaluation.planners)))

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     )
     from graspbench.evaluation.formats.format import describe_formats
     from graspbench.experiment.catalogue import describe_hands, describe_objects
+    from graspbench.experiment.evaluated_results import evaluate_results
     from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, evaluate_file, evaluate_records
     from graspbench.experiment.export import export_results
     from graspbench.experiment.hand_check import check_hand
@@ -59,6 +60,7 @@ _HOMES = {
     "describe_objects": "experiment.catalogue",
     "evaluate_file": "experiment.evaluation",
     "evaluate_records": "experiment.evaluation",
+    "evaluate_results": "experiment.evaluated_results",
     "expand_sweep": "config.grid",
     "export_results": "experiment.export",
     "group_options": "config.groups",
@@ -104,6 +106,7 @@ __all__ = [
     "describe_objects",
     "evaluate_file",
     "evaluate_records",
+    "evaluate_results",
     "expand_sweep",
     "export_results",
     "group_options",

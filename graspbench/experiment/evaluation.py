@@ -61,12 +61,15 @@ class Evaluation:
         about: Which grasps, hand, object and options.
         rows: One a grasp.
         protocols: One row a protocol, and one for the judge: successes with intervals.
-        ranks: Kendall's tau between the protocols' values of the same grasps.
+        planners: One row a planner, where several planned: successes by protocol with intervals.
+        ranks: Kendall's tau between the protocols' values of the same grasps; where planners are compared,
+            between the orders in which the protocols put them.
     """
 
     about: dict[str, Any]
     rows: list[dict[str, Any]]
     protocols: list[dict[str, Any]] = field(default_factory=list)
+    planners: list[dict[str, Any]] = field(default_factory=list)
     ranks: list[dict[str, Any]] = field(default_factory=list)
 
     def as_tree(self) -> dict[str, Any]:
@@ -91,7 +94,7 @@ def evaluate_file(
     ours, others = split_evaluation(options.overrides)
     parameters = load_evaluation(ours, options.config_dir)
     config = hand_and_object(options.hand, options.object, others, options.config_dir)
-    context = FormatContext(load_hand(config.hand), load_object(config.object), _scale(config.object))
+    context = FormatContext(load_hand(config.hand), load_object(config.object), scale_of(config.object))
     context = dataclasses.replace(context, reading=combined_reading(options.read_as))
     records = read_grasps(path, context, options.format)
     if not options.as_it_is:
@@ -137,7 +140,7 @@ def evaluate_records(
         "object": config.object.mesh or config.object.name,
         "count": len(rows),
         "quality": config.quality.describe(),
-        "protocols": {name: _stated(each) for name, each in parameters.protocols.items()},
+        "protocols": {name: stated(each) for name, each in parameters.protocols.items()},
         "seed": seed,
     }
     evaluation = Evaluation(about, rows)
@@ -164,9 +167,11 @@ def _files(path: Path, name: str | None) -> list[tuple[Path, str]]:
     return known
 
 
-def _scale(parameters: ObjectParameters) -> float:
+def scale_of(parameters: ObjectParameters) -> float:
+    """Return the metres per unit of an object's mesh, as far as they are stated."""
     return parameters.scale if isinstance(parameters.scale, float) else 1.0
 
 
-def _stated(protocol: Any) -> dict[str, Any]:
+def stated(protocol: Any) -> dict[str, Any]:
+    """Return a protocol's kind and parameters as plain values."""
     return {"kind": type(protocol).__name__, **dataclasses.asdict(protocol)}

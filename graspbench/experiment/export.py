@@ -46,34 +46,15 @@ def export_results(
         InputError: There is no grasp to write.
         OutputError: A file cannot be written.
     """
-    if which not in WHICH:
-        raise InputError(
-            f"there are no grasps '{which}' in a trial", remedy=f"choose from {', '.join(WHICH)}"
-        )
     written = FORMATS[name]  # an unknown format is refused before anything is read
-    sets: dict[tuple[str, str], tuple[TrialConfig, list[GraspRecord]]] = {}
-    resting: dict[tuple[str, str, int], FloatArray] = {}
-    for result in load_results(folders).results:
-        grasps = list(_grasps(result, which))
-        if result.status != "done" or not grasps or not _is_simulated(result):
-            continue
-        config = config_from_tree(result.config)
-        key = repr(config.hand), repr(config.object)
-        place = key[1], repr(config.scene), config.seed
-        if result.moving is not None:
-            to_world = np.array(result.moving.transform_object_to_world)
-        else:
-            if place not in resting:
-                resting[place] = _resting(config)
-            to_world = resting[place]
-        sets.setdefault(key, (config, []))[1].extend(_records(result, grasps, config, to_world))
+    sets = [(config, [record for _, record in found]) for config, found in grasp_sets(folders, which)]
     if not sets:
         raise InputError(
             f"none of the trials has a grasp with a hand ({which})",
             remedy="give results of planned trials of simulated objects, or another --which",
         )
     rows = []
-    for i, (config, records) in enumerate(sets.values()):
+    for i, (config, records) in enumerate(sets):
         hand, model = load_hand(config.hand), load_object(config.object)
         judge = Judge(hand, model, measures=())
         scale = config.object.scale if isinstance(config.object.scale, float) else 1.0
@@ -91,6 +72,42 @@ def export_results(
             }
         )
     return rows
+
+
+def grasp_sets(
+    folders: list[Path], which: str = "local"
+) -> list[tuple[TrialConfig, list[tuple[TrialResult, GraspRecord]]]]:
+    """Return the planned grasps of trials, those of one hand and object together, with their trials.
+
+    Args:
+        folders: Results folders.
+        which: Which grasps of a trial.
+
+    Raises:
+        InputError: There are no such grasps in a trial.
+    """
+    if which not in WHICH:
+        raise InputError(
+            f"there are no grasps '{which}' in a trial", remedy=f"choose from {', '.join(WHICH)}"
+        )
+    sets: dict[tuple[str, str], tuple[TrialConfig, list[tuple[TrialResult, GraspRecord]]]] = {}
+    resting: dict[tuple[str, str, int], FloatArray] = {}
+    for result in load_results(folders).results:
+        grasps = list(_grasps(result, which))
+        if result.status != "done" or not grasps or not _is_simulated(result):
+            continue
+        config = config_from_tree(result.config)
+        key = repr(config.hand), repr(config.object)
+        place = key[1], repr(config.scene), config.seed
+        if result.moving is not None:
+            to_world = np.array(result.moving.transform_object_to_world)
+        else:
+            if place not in resting:
+                resting[place] = _resting(config)
+            to_world = resting[place]
+        found = ((result, record) for record in _records(result, grasps, config, to_world))
+        sets.setdefault(key, (config, []))[1].extend(found)
+    return list(sets.values())
 
 
 def file_name(text: str) -> str:

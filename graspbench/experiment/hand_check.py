@@ -22,6 +22,8 @@ TWO_FINGERS = "quality.contact=soft_finger"
 """Two points with friction hold no object: it turns about the line between them."""
 
 _TIP_M, _MASS_SHARE, _LENGTH_M = 1e-4, 0.01, 1e-6
+_WIDE_DEG = 170.0
+"""Few fingers' joints turn so far; some published files state such limits for want of the real ones."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,25 @@ def _file_findings(parameters: HandParameters) -> Iterator[Finding]:
             )
         else:
             yield Finding(limit, "ok", f"all {len(joints)} joints give a {limit} limit.")
+    wide = [joint.get("name", "") for joint in joints if _turn_deg(joint) >= _WIDE_DEG]
+    if wide:
+        yield Finding(
+            "range",
+            "note",
+            f"{len(wide)} of {len(joints)} joints turn by {_WIDE_DEG:.0f} deg or more ({_few(wide)}): where "
+            "these limits are not the real ones, correct them in the file and read it again, as the posture "
+            "of a grasp is found within them, or give it with --posture.",
+        )
     meshes = [mesh for link in links for mesh in link.findall("collision/geometry/mesh")]
     yield Finding("meshes", "ok", f"all {len(meshes)} collision meshes were found and read.")
+
+
+def _turn_deg(joint: ElementTree.Element) -> float:
+    """Return by how much a joint turns between its limits; 0 for one that slides."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") != "revolute":
+        return 0.0
+    return float(np.degrees(float(limit.get("upper", "0")) - float(limit.get("lower", "0"))))
 
 
 def _workspace_findings(hand: HandModel) -> Iterator[Finding]:

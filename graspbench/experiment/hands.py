@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from graspbench.config.trial_config import load_config
 from graspbench.errors import HandError
 from graspbench.hand import load_hand
 from graspbench.hand.files import find_urdf
@@ -79,6 +78,7 @@ def show_hand(
         folder: Where the picture goes.
         config_dir: A folder with further configuration groups and options.
     """
+    from graspbench.config.trial_config import load_config  # loads what no hand that is added needs
     from graspbench.hand import GraspChecker
     from graspbench.report.hand_picture import draw_hand
 

@@ -1,10 +1,11 @@
 """Can this hand hold its fingertips at these contacts? The constraint of every grasp planner."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import trimesh
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
@@ -22,6 +23,9 @@ from graspbench.hand.posture_search import (
 from graspbench.hand.reach import pair_limit, tip_gap
 from graspbench.hand.task import Task
 from graspbench.hand.verification import verify_posture
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 class HeldContacts(NamedTuple):

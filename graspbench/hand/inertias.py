@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio
-import trimesh
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
@@ -102,6 +101,8 @@ def _own(shape: ElementTree.Element, hand: str) -> _Solid:
         volume = np.pi * r * r * length
         lateral = volume * (3.0 * r * r + length * length) / 12.0
         return _Solid(volume, np.zeros(3), np.diag([lateral, lateral, 0.5 * volume * r * r]))
+    import trimesh  # here: it takes long to load, and most hands state their masses
+
     file = shape.get("filename", "")
     try:
         hull = trimesh.load_mesh(file).convex_hull

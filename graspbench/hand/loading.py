@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio
 
@@ -72,7 +73,8 @@ def _load(key: _Key) -> HandModel:
         robot, fingers = completed_description(source, package_dirs, parameters)
         path, palm = write_urdf(_text(robot), source.stem), parameters.palm
     used = _choose(parameters, fingers)
-    model, geometry = read_urdf(path, package_dirs, parameters.name)
+    meshes = coal.CachedMeshLoader()
+    model, geometry = read_urdf(path, package_dirs, parameters.name, meshes)
     transform = _palm_placement(model, palm, parameters.name)
     # All fingers are read, so that an idle one is checked and known to rest.
     extract_chains(model, transform, fingers, parameters.name)
@@ -81,7 +83,7 @@ def _load(key: _Key) -> HandModel:
     if bare and robot is not None:
         add_tip_spheres(robot, [used[f] for f in bare], parameters.tip_radius_m)
         path = write_urdf(_text(robot), path.stem.rsplit("_", 1)[0])
-        model, geometry = read_urdf(path, package_dirs, parameters.name)
+        model, geometry = read_urdf(path, package_dirs, parameters.name, meshes)
     rest = _rest(model, fingers)
     preferred = _preferred(rest, chains)
     data = model.createData()
@@ -203,14 +205,30 @@ def _choose(
     return tuple(fingers[names.index(name)] for name in chosen)
 
 
-def read_urdf(path: Path, package_dirs: tuple[Path, ...], hand: str) -> tuple[Any, Any]:
-    """Read Pinocchio's model and collision geometry from a completed URDF."""
+def read_urdf(
+    path: Path, package_dirs: tuple[Path, ...], hand: str, meshes: coal.MeshLoader | None = None
+) -> tuple[Any, Any]:
+    """Read Pinocchio's model and collision geometry from a completed URDF.
+
+    Args:
+        path: The URDF.
+        package_dirs: Folders to look for ``package://`` files in.
+        hand: Name of the hand, for error messages.
+        meshes: What reads the meshes; one that keeps them reads them once for two descriptions of a hand.
+
+    Raises:
+        HandError: The file or one of its meshes cannot be read, or a joint is none that moves a finger.
+    """
     folders = [str(folder) for folder in package_dirs]
     try:
         with captured_output():
             model = pinocchio.buildModelFromUrdf(str(path), mimic=True)
             geometry = pinocchio.buildGeomFromUrdf(
-                model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=folders
+                model,
+                str(path),
+                pinocchio.GeometryType.COLLISION,
+                package_dirs=folders,
+                mesh_loader=meshes or coal.MeshLoader(),
             )
     except (ValueError, RuntimeError) as error:
         said = str(error).strip()

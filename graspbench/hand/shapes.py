@@ -7,7 +7,7 @@ import coal
 import numpy as np
 import pinocchio
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.errors import HandError
 from graspbench.hand.distance import BOX, CYLINDER, SEGMENT, core_distance
 from graspbench.hand.hulls import Hull, stacked
@@ -155,6 +155,8 @@ def with_pairs(shapes: Shapes, poses: FloatArray, others: Sequence[FloatArray] =
     """
     bodies = [(int(row[FINGER]), int(row[LINK])) for row in shapes.index]
     candidates, overlapping = [], set()
+    placed = np.array([poses, *others])
+    near = _bounds_meet(shapes, placed)
     for b in range(len(bodies)):
         for a in range(b):
             (finger_a, link_a), (finger_b, link_b) = bodies[a], bodies[b]
@@ -165,11 +167,21 @@ def with_pairs(shapes: Shapes, poses: FloatArray, others: Sequence[FloatArray] =
             radii = float(shapes.size[a, RADIUS] + shapes.size[b, RADIUS])
             if not related:
                 continue
-            often = sum(_overlap(shapes, each, a, b, radii) for each in others)
-            if _overlap(shapes, poses, a, b, radii) or 2 * often > len(others):
+            preferred, *drawn = (
+                close and _overlap(shapes, each, a, b, radii)
+                for close, each in zip(near[:, a, b], placed, strict=True)
+            )
+            if preferred or 2 * sum(drawn) > len(others):
                 overlapping.add((bodies[a], bodies[b]))
     kept = [(a, b) for a, b in candidates if (bodies[a], bodies[b]) not in overlapping]
     return shapes._replace(pairs=np.array(kept, dtype=np.int64).reshape(-1, 2))
+
+
+def _bounds_meet(shapes: Shapes, placed: FloatArray) -> BoolArray:
+    """Tell in which postures, poses (n, s, 3, 4), two bounding spheres meet, shape (n, s, s)."""
+    centres, bounds = placed[..., 3], shapes.size[:, BOUND]
+    apart = np.linalg.norm(centres[:, :, None] - centres[:, None], axis=-1)
+    return np.asarray(apart <= bounds[:, None] + bounds + 2.0 * _TIP_M)
 
 
 def _overlap(shapes: Shapes, poses: FloatArray, a: int, b: int, radii: float) -> bool:

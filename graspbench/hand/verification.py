@@ -1,15 +1,22 @@
 """An independent check of a posture: Pinocchio's kinematics and Coal's distances between full shapes."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import coal
 import numpy as np
 import pinocchio
-import trimesh
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import BoolArray, FloatArray
 from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import Margins
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.shapes import FINGER, LINK, PALM
+
+if TYPE_CHECKING:
+    import trimesh
 
 TIP_TOLERANCE_M = 1e-4
 DEPTH_TOLERANCE_M = 1e-4
@@ -102,10 +109,11 @@ def _check_hand(
     checked = {frozenset((index[a], index[b])) for a, b in hand.shapes.pairs}
     items = hand.geometry.geometryObjects
     bodies = link_of_shapes(hand)
+    near = _bounds_meet(items, placements)
     found = []
     for b in range(len(items)):
         for a in range(b):
-            if frozenset((bodies[a], bodies[b])) not in checked:
+            if not near[a, b] or frozenset((bodies[a], bodies[b])) not in checked:
                 continue
             if fingers is not None and not {bodies[a][0], bodies[b][0]} <= {PALM, *fingers}:
                 continue
@@ -113,6 +121,16 @@ def _check_hand(
             if distance < -DEPTH_TOLERANCE_M:
                 found.append(f"{items[a].name} and {items[b].name} overlap by {-distance * 1e3:.2f} mm")
     return found
+
+
+def _bounds_meet(items: Sequence[pinocchio.GeometryObject], placements: list[pinocchio.SE3]) -> BoolArray:
+    """Tell of which shapes the spheres around their bounding boxes meet, shape (n, n)."""
+    centres, radii = np.zeros((len(items), 3)), np.zeros(len(items))
+    for i, (item, placement) in enumerate(zip(items, placements, strict=True)):
+        item.geometry.computeLocalAABB()
+        centres[i], radii[i] = placement.act(item.geometry.aabb_center), item.geometry.aabb_radius
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2)
+    return np.asarray(apart <= radii[:, None] + radii)
 
 
 def link_of_shapes(hand: HandModel) -> list[Body]:

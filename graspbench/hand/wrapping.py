@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 import pinocchio
 import scipy.spatial
-import trimesh
 
 from graspbench.arrays import FloatArray
 from graspbench.hand.distance import BOX, SEGMENT
@@ -30,6 +29,8 @@ def wrap_mesh(vertices: FloatArray) -> tuple[Wrap, Hull | None] | None:
 @lru_cache(maxsize=256)
 def _wrapped(data: bytes) -> tuple[Wrap, Hull | None] | None:
     """Wrap a mesh once: fingers are often copies of each other, and a hand is loaded more than once."""
+    import trimesh  # here: it takes long to load, and many hands have no meshes
+
     vertices = np.frombuffer(data).reshape(-1, 3)
     try:
         to_box, _ = trimesh.bounds.oriented_bounds(extreme_points(vertices, _DIRECTIONS))

@@ -1,6 +1,6 @@
 """Contact forces inside the friction cones: force closure, and their distribution along a motion."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -10,11 +10,13 @@ from pydantic import Field
 from graspbench.arrays import FloatArray
 from graspbench.errors import ManipulationError
 from graspbench.grasp.quality import QualityParameters
+from graspbench.grasp.sliding_friction import Sliding, sliding_friction
 from graspbench.grasp.soft_pad import PadParameters, limit_use
 from graspbench.manipulation.contact_kinematics import WITH_TORSION, ContactType, ManipulationSystem, State
 from graspbench.manipulation.limit_surfaces import LimitSurfaces
 
 _MAX_ROUNDS = 60
+_SAME_LOAD = 1e-9
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,8 @@ class ContactForces:
         normal_forces: Pressing into the object, shape (n_c,), N.
         margins: friction * normal force - tangential force, shape (n_c,), N; for a contact without
             friction its normal force. For a soft pad friction * normal force times the share of its limit
-            surface that is left.
-        smallest_margin: The smallest of them.
+            surface that is left. 0 for a contact that slides.
+        smallest_margin: The smallest of those that do not slide.
     """
 
     forces: FloatArray
@@ -128,26 +130,65 @@ class ForceDistribution:
         self._solver: Any = None
         self._shape: tuple[int, int, int] = (0, 0, 0)
 
-    def __call__(self, state: State, load: FloatArray) -> ContactForces:
+    def __call__(
+        self, state: State, load: FloatArray, sliding: Mapping[int, Sliding] | None = None
+    ) -> ContactForces:
         """Return the smallest forces that balance ``load``.
 
         Args:
             state: The system, evaluated.
             load: Wrench [f; tau] that the fingers have to apply to the object at its origin, base
                 frame, shape (6,), N and N m: inertia less gravity.
+            sliding: How chosen contacts slide, velocities in the base frame, shape (3,), of which the part
+                along the surface counts. Their friction is on the limit surface against the motion, so that
+                only their normal forces are open; all others stick.
 
         Raises:
             ManipulationError: No forces inside the cones balance the load.
         """
+        if not sliding:
+            return self._distribute(state, load, {})
+        # A pad's patch, and with it how force and torque share its friction, follows the load.
+        normals_n = {i: self.parameters.pad.load_n for i in sliding}
+        for _ in range(_MAX_ROUNDS):
+            drags = {i: self._drag(state, i, slides, normals_n[i]) for i, slides in sliding.items()}
+            found = self._distribute(state, load, drags)
+            after = {i: float(found.normal_forces[i]) for i in sliding}
+            if all(
+                state.system.contacts[i].kind != "soft_pad" or abs(after[i] - n) <= _SAME_LOAD * max(n, 1.0)
+                for i, n in normals_n.items()
+            ):
+                return found
+            normals_n = after
+        raise _unbalanced(load)
+
+    def _drag(self, state: State, contact: int, sliding: Sliding, normal_n: float) -> FloatArray:
+        """Return force and torque about the outward normal per newton of a sliding contact, shape (4,)."""
+        kind, p = state.system.contacts[contact].kind, self.parameters
+        normal, _, _ = contact_frame(state, contact)
+        if kind == "frictionless" or p.friction == 0.0:
+            return np.array([*-normal, 0.0])
+        torsion_m = 0.0
+        if not state.system.planar and kind in WITH_TORSION:
+            torsion_m = p.torsion_m if kind == "soft" else p.pad.torsion_m(normal_n, p.friction)
+        velocity = np.asarray(sliding.velocity, dtype=np.float64)
+        along = Sliding(velocity - (velocity @ normal) * normal, sliding.spin_rad_s)
+        dragged = sliding_friction(along, 1.0, p.friction, torsion_m)
+        return np.array([*(dragged.force - normal), dragged.torque_nm])
+
+    def _distribute(self, state: State, load: FloatArray, drags: Mapping[int, FloatArray]) -> ContactForces:
         system, p = state.system, self.parameters
         frames = [contact_frame(state, i) for i in range(system.n_contacts)]
         columns: list[FloatArray] = []
         spans: list[slice] = []
         count = 0
-        for contact, (normal, tangents, lever) in zip(system.contacts, frames, strict=True):
-            own = _directions(contact.kind, normal, tangents, system.planar)
+        for i, (normal, tangents, lever) in enumerate(frames):
+            contact = system.contacts[i]
+            own = [drags[i][:3]] if i in drags else _directions(contact.kind, normal, tangents, system.planar)
             wrench = [np.concatenate([force, np.cross(lever, force)]) for force in own]
-            if contact.kind in WITH_TORSION and not system.planar:
+            if i in drags:
+                wrench[0][3:] += drags[i][3] * normal
+            elif contact.kind in WITH_TORSION and not system.planar:
                 wrench.append(np.concatenate([np.zeros(3), p.torque_unit_m(contact.kind) * normal]))
             columns += wrench
             spans.append(slice(count, count + len(wrench)))
@@ -157,15 +198,20 @@ class ForceDistribution:
             load[system.arrays.twist_components],
         )
         cones, highs = self._cones(system, spans, count)
-        pads = [] if system.planar else [i for i, c in enumerate(system.contacts) if c.kind == "soft_pad"]
+        pads = [
+            i
+            for i, c in enumerate(system.contacts)
+            if c.kind == "soft_pad" and not system.planar and i not in drags
+        ]
         if not pads:
-            return _collect(state, frames, spans, self._solve(grasp, wanted, cones, highs), p)
+            x = self._solve(grasp, wanted, cones, highs)
+            return _collect(state, frames, spans, x, p, drags)
         surfaces = LimitSurfaces([spans[i] for i in pads], count, p.friction, p.pad)
         for _ in range(_MAX_ROUNDS):
             rows = np.vstack([cones, *surfaces.rows()])
             x = self._solve(grasp, wanted, rows, np.append(highs, np.zeros(len(rows) - len(highs))))
             if surfaces.contain(x):
-                return _collect(state, frames, spans, x, p)
+                return _collect(state, frames, spans, x, p, drags)
         raise _unbalanced(wanted)
 
     def _cones(
@@ -186,7 +232,7 @@ class ForceDistribution:
         p = self.parameters
         unit = np.eye(size)
         rows = [(-unit[0], -p.minimum_n), (unit[0], p.maximum_n)]
-        if kind == "frictionless" or (kind == "soft_pad" and not planar):
+        if size == 1 or (kind == "soft_pad" and not planar):
             return rows
         if planar:
             return [*rows, (unit[1] - p.friction * unit[0], 0.0), (-unit[1] - p.friction * unit[0], 0.0)]
@@ -252,6 +298,7 @@ def _collect(
     spans: Sequence[slice],
     x: FloatArray,
     p: ForceParameters,
+    drags: Mapping[int, FloatArray],
 ) -> ContactForces:
     n, planar = state.system.n_contacts, state.system.planar
     forces, torsions, normals, margins = np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n)
@@ -259,6 +306,9 @@ def _collect(
         zip(state.system.contacts, frames, spans, strict=True)
     ):
         own = x[span]
+        if i in drags:
+            forces[i], torsions[i], normals[i] = own[0] * drags[i][:3], own[0] * drags[i][3], own[0]
+            continue
         directions = _directions(contact.kind, normal, tangents, planar)
         forces[i] = np.sum([f * direction for f, direction in zip(own, directions, strict=False)], axis=0)
         if contact.kind in WITH_TORSION and not planar:
@@ -270,4 +320,6 @@ def _collect(
             torsion_m = p.pad.torsion_m(own[0], friction)
             sideways = friction * own[0] * limit_use(sideways, torsions[i], own[0], friction, torsion_m)
         margins[i] = own[0] if friction == 0.0 else friction * own[0] - sideways
-    return ContactForces(forces, torsions, normals, margins, float(margins.min()))
+    sticking = [i for i in range(n) if i not in drags]
+    smallest = float(margins[sticking].min()) if sticking else 0.0
+    return ContactForces(forces, torsions, normals, margins, smallest)

@@ -151,8 +151,11 @@ def corrected_surface(
     """
     if not len(felt):
         return surface
-    offsets, places, _ = _offsets(belief, surface, felt)
+    offsets, places, ways = _offsets(belief, surface, felt)
     among = _kernel(places, places, shape_std_m, length_m) + noise_m**2 * np.eye(len(felt))
+    # What an error of the pose that is left would explain is not put down to the shape.
+    moving = belief.sensitivity(places, ways)
+    among += moving @ belief.covariance @ moving.T
     weights = np.linalg.solve(among, np.clip(offsets, -_LARGEST_OFFSET_M, _LARGEST_OFFSET_M))
     moved = _kernel(surface.points, places, shape_std_m, length_m) @ weights
     points = surface.points + moved[:, None] * surface.normals

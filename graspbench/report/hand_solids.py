@@ -68,7 +68,7 @@ def _solid(shape: Any, pose: FloatArray) -> Solid | None:
     if hasattr(shape, "radius") and np.ndim(shape.radius) == 0:
         return ball(pose[:3, 3], shape.radius, style.HAND)
     if hasattr(shape, "vertices") and hasattr(shape, "tri_indices"):
-        faces = np.array([[shape.tri_indices(i)[k] for k in range(3)] for i in range(shape.num_tris)])
+        faces = np.array([(t[0], t[1], t[2]) for t in map(shape.tri_indices, range(shape.num_tris))])
         return _mesh(np.asarray(shape.vertices()), faces, pose)  # scaled as it was read
     return None
 

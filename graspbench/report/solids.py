@@ -1,14 +1,19 @@
 """Triangle meshes for pictures: surfaces, balls and tubes with colours and vertex normals."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
-from graspbench.reconstruction.network import SurfaceNetwork
-from graspbench.reconstruction.surface import Surface
+
+if TYPE_CHECKING:
+    from graspbench.reconstruction.network import SurfaceNetwork
+    from graspbench.reconstruction.surface import Surface
 
 Rgb = tuple[float, float, float]
 

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage
+from graspbench.simulation.touch import Touch
 
 # Far from the object nothing but the motors acts, and long steps do; nothing crosses the near zone between
 # two looks.

@@ -105,6 +105,14 @@ class ExecutionParameters:
             "squeeze climbs Q3 before it is executed; 0: every grasp is executed as planned",
         ),
     ] = 0.45
+    strengthen_below_q3: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="So does a grasp whose Q3 is smaller, of an object that the hand carries with ease; "
+            "0: Q3 is no reason",
+        ),
+    ] = 0.2
     steady_share: Annotated[
         float,
         Field(

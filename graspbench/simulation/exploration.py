@@ -15,8 +15,8 @@ from graspbench.reconstruction.felt_surface import (
 )
 from graspbench.reconstruction.surface import Surface
 from graspbench.simulation.phases import smooth
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 from graspbench.simulation.touch_parameters import TouchParameters
 
 _TURNS_DEG = (0.0, 20.0, -20.0, 40.0, -40.0)

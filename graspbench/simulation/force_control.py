@@ -10,8 +10,8 @@ import pinocchio
 from graspbench.arrays import FloatArray
 from graspbench.grasp.internal_forces import internal_forces
 from graspbench.simulation.pad_friction import PadFriction
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _RENEW_S = 0.02
 # Times what the weight needs: only objects lighter than that are gripped less than they are told.

@@ -14,10 +14,10 @@ from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome
 from graspbench.simulation.exploration import Exploration, Explorer, FeltParts
 from graspbench.simulation.grip import Grip
 from graspbench.simulation.ride import Ride
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
 from graspbench.simulation.step_response import step_outcomes
 from graspbench.simulation.tip_friction import TipFriction
+from graspbench.simulation.touch import Touch
 from graspbench.simulation.world import World
 
 _PUSHES = np.vstack((np.eye(3), -np.eye(3)))[[0, 3, 1, 4, 2, 5]]

@@ -9,10 +9,10 @@ from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.controllers.choice import make_control
 from graspbench.simulation.execution_result import PhaseOutcome
 from graspbench.simulation.phases import Phase, smooth
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.slip import SlipMeter
 from graspbench.simulation.slip_response import SlipResponse
 from graspbench.simulation.stage import Stage, turn_deg
+from graspbench.simulation.touch import Touch
 
 _LOOK_S = 0.02
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from graspbench.arrays import FloatArray
-from graspbench.simulation.simulated_hand import SimulatedHand, Touch
+from graspbench.simulation.simulated_hand import SimulatedHand
+from graspbench.simulation.touch import Touch
 
 
 class SlipMeter:

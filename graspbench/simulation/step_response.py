@@ -12,13 +12,23 @@ from graspbench.simulation.grip import Grip
 from graspbench.simulation.stage import Stage
 
 _UNIT_M = 1e-3
+_SETTLE_S = 0.3
 _RISEN = 1.0 - np.exp(-1.0)
 
 
 def step_outcomes(stage: Stage, grip: Grip) -> dict[str, StepOutcome]:
-    """Try the steps that ``execution`` asks for; afterwards everything is as before."""
-    p = stage.parameters
-    outcomes = {}
+    """Try the steps that ``execution`` asks for; afterwards everything is as before.
+
+    What is left of the motion before is let die out first.
+    """
+    p, client = stage.parameters, stage.world.client
+    outcomes: dict[str, StepOutcome] = {}
+    if p.step_m == p.step_force_n == 0.0:
+        return outcomes
+    saved, memory = pybullet.saveState(physicsClientId=client), grip.control.memory()
+    for _ in range(max(1, round(_SETTLE_S / stage.time_step_s))):
+        grip.control.drive(grip.palm, 1.0, 1.0)
+        pybullet.stepSimulation(physicsClientId=client)
     if p.step_m > 0.0:
 
         def displace(axis: FloatArray) -> None:
@@ -40,6 +50,9 @@ def step_outcomes(stage: Stage, grip: Grip) -> dict[str, StepOutcome]:
 
         unit_m = _UNIT_M if model is None else p.step_force_n / model[2]
         outcomes["force"] = _outcome(stage, grip, lambda _: None, push, (unit_m, model))
+    pybullet.restoreState(stateId=saved, physicsClientId=client)
+    pybullet.removeState(saved, physicsClientId=client)
+    grip.control.recall(memory)
     return outcomes
 
 

@@ -36,6 +36,10 @@ MARGIN = 4 / 3
 """Times the wanted weight that a grasp carries where one can be found that does."""
 
 
+EASE = 5.0
+"""Times an object's weight that the hand carries with ease; of heavier ones contacts on rims lose hold."""
+
+
 @dataclass(frozen=True, eq=False)
 class Strengthened:
     """A grasp that is executed in place of the planned one.
@@ -71,7 +75,7 @@ def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
         return trial
     plan, hand = _for_weight(config, trial, clock)
     grasp, history = plan.grasp, plan.history
-    if _barely_holds(config, trial, grasp):
+    if _barely_holds(config, trial, plan):
         grasp = clock.run("strengthening", lambda: _climbed(config, trial, grasp, hand))
         history = plan.history if grasp is plan.grasp else (*plan.history, grasp)
     if grasp is trial.plan.grasp:
@@ -129,13 +133,22 @@ def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> 
         ) from error
 
 
-def _barely_holds(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
-    """Tell whether some contact has little friction left when the fingers squeeze."""
-    least, quality = config.execution.strengthen_below, config.quality
+def _barely_holds(config: TrialConfig, trial: PlannedTrial, plan: Plan) -> bool:
+    """Tell whether some contact has little friction left when the fingers squeeze, or Q3 is small."""
+    execution, quality, grasp = config.execution, config.quality, plan.grasp
+    if plan.quality.q3 < execution.strengthen_below_q3 and _carries_with_ease(config, trial, grasp):
+        return True
+    least = execution.strengthen_below
     if least == 0.0 or quality.contact == "frictionless":
         return False
     arms = grasp.points - trial.surfaces[-1].centroid
     return friction_reserve(arms, -grasp.normals, quality.friction, least) < least
+
+
+def _carries_with_ease(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
+    assert trial.scene is not None
+    weight_n = trial.scene.model.mass_kg * config.scene.gravity
+    return _carried_by(_carried_weight(config, trial), grasp) >= EASE * weight_n
 
 
 def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandConstraint) -> Grasp:

@@ -148,3 +148,32 @@ def test_nothing_to_export_is_said(cli, results, tmp_path):
     assert "none of the trials has a grasp" in refused.stderr
     assert not (tmp_path / "g.jsonl").exists()
     assert cli("export", folder, "--format", "csv").code == 2
+
+
+def test_planners_of_a_sweep_are_compared_by_every_protocol_and_gone_on_with(cli, tmp_path):
+    planned = cli(
+        "sweep", "object=cylinder", "planner=default,random_closure", *CHEAP, "-o", tmp_path / "planned"
+    )
+    assert planned.code == 0, planned.stderr
+    asked = ("evaluate", tmp_path / "planned", "protocol=six_forces,tug", "-o", tmp_path / "judged", "--json")
+    first = cli(*asked)
+    assert first.code == 0, first.stderr
+    document = first.document
+    assert [row["planner"] for row in document["planners"]] == ["parallel", "random_closure"]
+    assert {row["planner"] for row in document["rows"]} == {"parallel", "random_closure"}
+    for row in document["planners"]:
+        own = [each for each in document["rows"] if each["planner"] == row["planner"]]
+        assert row["trials"] == len(own) == 1
+        assert row["tug"] == float(own[0]["protocols"]["tug"]["success"])
+    (rank,) = document["ranks"]
+    assert (rank["first"], rank["second"]) == ("six_forces", "tug")
+    assert pd.read_csv(tmp_path / "judged/planners.csv")["planner"].tolist() == ["parallel", "random_closure"]
+    kept = (tmp_path / "judged/rows.jsonl").read_text()
+    assert cli(*asked).document == document
+    assert (tmp_path / "judged/rows.jsonl").read_text() == kept
+    other = cli(*asked, "protocol.mass_kg=0.2")
+    assert other.code == 2
+    assert "made with other options" in other.stderr
+    hand = cli(*asked, "object=duck")
+    assert hand.code == 2
+    assert "the trials' to say" in hand.stderr

@@ -54,9 +54,14 @@ def test_what_is_too_heavy_is_refused_with_both_masses_and_a_look_at_it(cli, tmp
 
 def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp_path):
     # The grasp that the index likes best carries 1.3 kg, and 1.5 times the weight is wanted.
-    heavy = ("execution=default", "object.mass_kg=1.0", "execution.strengthen_below=0")
+    heavy = (
+        "execution=default",
+        "object.mass_kg=1.0",
+        "execution.strengthen_below=0",
+        "execution.strengthen_below_q3=0",
+    )
     finished = cli("run", *CHEAP, *heavy, "-o", tmp_path, "--json").document
-    light = cli("run", *CHEAP, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
+    light = cli("run", *CHEAP, "-o", tmp_path, "--json").document
     assert finished["success"] is True
     assert (finished["strengthened"]["for_weight"], finished["strengthened"]["climbed"]) == (True, False)
     assert finished["strengthened"]["verified"] is True
@@ -66,8 +71,11 @@ def test_what_is_too_heavy_for_the_first_grasp_is_held_with_another_one(cli, tmp
 
 def test_a_weak_grasp_climbs_before_it_is_executed_and_the_planned_one_is_still_told(cli, tmp_path):
     weak = (*CHEAP, "execution=default", "planner.robust.reserve=0")
-    planned = cli("run", *weak, "execution.strengthen_below=0", "-o", tmp_path, "--json").document
-    climbed = cli("run", *weak, "execution.strengthen_below=0.95", "-o", tmp_path, "--json").document
+    never = ("execution.strengthen_below=0", "execution.strengthen_below_q3=0")
+    planned = cli("run", *weak, *never, "-o", tmp_path, "--json").document
+    threshold = 1.01 * planned["local"]["q3"]
+    sooner = ("execution.strengthen_below=0", f"execution.strengthen_below_q3={threshold}")
+    climbed = cli("run", *weak, *sooner, "-o", tmp_path, "--json").document
     assert planned["strengthened"] is None
     assert climbed["local"]["q3"] == planned["local"]["q3"]
     assert climbed["strengthened"]["climbed"] is True
@@ -83,3 +91,24 @@ def test_an_object_that_is_lost_leaves_a_picture_of_it(cli, tmp_path):
     assert finished.document["execution"]["phases"]
     (picture,) = tmp_path.glob("*/loss.png")
     assert cv2.imread(str(picture)).std() > 5
+
+
+def test_controllers_are_swept_and_reported_side_by_side(cli, tmp_path):
+    quick = (
+        "execution.until=hold", "execution.rotation_deg=0", "execution.lift_time_s=0.4",
+        "execution.lift_height_m=0.05", "execution.hold_time_s=0.1", "execution.step_m=0.003",
+    )  # fmt: skip
+    controls = "execution.control=joint_impedance,object_impedance"
+    swept = cli("sweep", *CHEAP, *quick, controls, "engine=inline", "-o", tmp_path, "--json")
+    assert swept.code == 0, swept.stderr
+    value = "execution.steps.goal.error,execution.steps.goal.end"
+    report = cli("report", tmp_path, "--group", "execution.control", "--value", value, "--json")
+    assert report.code == 0, report.stderr
+    assert "object_impedance" in report.stdout
+    assert "execution.steps.goal.end" in report.stdout
+
+
+def test_an_unknown_controller_is_refused_in_one_sentence(cli, tmp_path):
+    finished = cli("run", *CHEAP, "execution.control=magic", "-o", tmp_path)
+    assert finished.code == 2
+    assert "object_impedance" in finished.stderr

@@ -27,11 +27,14 @@ def test_a_hand_is_added_listed_checked_and_drawn(cli, tmp_path):
 
 def test_a_fault_is_said_and_ends_with_1(cli, tmp_path):
     conf = tmp_path / "conf"
-    path = written(tmp_path / "own.urdf", PALM + fingers(3, three_joints))
+    text = (PALM + fingers(3, three_joints)).replace('lower="-0.2" upper="1.6"', 'lower="0" upper="3.1416"')
+    path = written(tmp_path / "own.urdf", text)
     assert cli("hands", "add", path, "--name", "mine", "--config-dir", conf).code == 0
     turned = cli("hands", "check", "mine", "hand.palm.rpy_deg=[180,0,0]", "--config-dir", conf, "--no-hold")
     assert turned.code == 1
-    assert "behind the palm frame" in " ".join(turned.stdout.split())
+    said = " ".join(turned.stdout.split())
+    assert "behind the palm frame" in said
+    assert "3 of 9 joints turn by 170 deg or more (f3, g3, h3)" in said
 
 
 @pytest.mark.parametrize(

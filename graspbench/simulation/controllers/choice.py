@@ -7,8 +7,8 @@ from graspbench.simulation.controllers.computed_torque import ComputedTorque
 from graspbench.simulation.controllers.hybrid import HybridControl
 from graspbench.simulation.controllers.object_impedance import ObjectImpedance
 from graspbench.simulation.force_control import ForceControl
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _CONTROLLERS: dict[ControlName, Callable[[Stage, tuple[int, ...], Sequence[Touch]], ForceControl]] = {
     "joint_impedance": ForceControl,

@@ -9,8 +9,8 @@ from graspbench.arrays import FloatArray
 from graspbench.simulation.controllers.grasp_dynamics import GraspState
 from graspbench.simulation.controllers.object_level import LinearizedControl, Wanted
 from graspbench.simulation.controllers.second_order import SecondOrder
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 
 class ComputedTorque(LinearizedControl):

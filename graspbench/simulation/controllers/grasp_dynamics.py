@@ -8,8 +8,8 @@ import pinocchio
 
 from graspbench.arrays import FloatArray
 from graspbench.simulation.bullet import pybullet
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _TORQUE_WEIGHT = 10.0
 """Of a torque in N m against a force in N where forces are distributed by least squares, 1/m."""
@@ -83,7 +83,8 @@ class GraspDynamics:
         self._frames = [self._model.getFrameId(hand.tip_links[f]) for f in fingers]
         self._root_to_palm = np.linalg.inv(hand.transform_palm_to_root)
         body = stage.world.object_model
-        self._mass_kg, self._inertia = body.mass_kg, np.asarray(body.inertia, dtype=np.float64)
+        self._mass_kg = body.mass_kg
+        self._inertia: FloatArray = np.asarray(body.inertia, dtype=np.float64)
         self.weight_n = self._mass_kg * stage.world.scene.gravity
 
     def state(

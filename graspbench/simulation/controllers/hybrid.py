@@ -8,8 +8,8 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.simulation.controllers.grasp_dynamics import GraspState
 from graspbench.simulation.controllers.object_level import ObjectLevelControl
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _JOINT_DAMPING = 0.05
 """Of `damping_nms_rad`, in the joints besides: the finger's free motion comes to rest."""

@@ -10,8 +10,8 @@ from graspbench.simulation.controllers.grasp_dynamics import GraspState
 from graspbench.simulation.controllers.object_level import LinearizedControl, Wanted
 from graspbench.simulation.controllers.second_order import SecondOrder
 from graspbench.simulation.controllers.wrench_observer import WrenchObserver
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 
 class ObjectImpedance(LinearizedControl):
@@ -26,6 +26,7 @@ class ObjectImpedance(LinearizedControl):
         super().__init__(stage, fingers, touches)
         p = stage.parameters.object_impedance
         self._parameters = p
+        self._mass_kg = p.mass_kg
         self.model = p.mass_kg, p.damping_ns_per_m, p.stiffness_n_per_m
         self.pushed_model = self.model if p.feels_wrench else None
         self._shift = SecondOrder(p.mass_kg, p.damping_ns_per_m, p.stiffness_n_per_m, stage.time_step_s)
@@ -37,21 +38,27 @@ class ObjectImpedance(LinearizedControl):
 
     def memory(self) -> Any:
         """Return what `recall` takes to return to the present."""
-        return super().memory(), self._observer.memory()
+        return super().memory(), self._observer.memory(), self._external
 
     def recall(self, memory: Any) -> None:
         """Return to a time before."""
-        own, observed = memory
+        own, observed, self._external = memory
         super().recall(own)
         self._observer.recall(observed)
 
     def _law(self, error: FloatArray, rate: FloatArray, state: GraspState) -> Wanted:
         felt = self._stage.hand.force_on_object(state.pose[:3, 3])
         found = self._observer.observe(state, self._dynamics.gravity_wrench, felt)
+        counted_on = self._external
         self._external = found.external if self._parameters.feels_wrench else np.zeros(6)
+        # A push is felt a step late; till then the object was as light as it is, and gained too much speed.
+        change = self._external - counted_on
+        speed = np.linalg.solve(state.inertia_with_fingers(), change)[:3] - change[:3] / self._mass_kg
+        gained = np.asarray(self._dt * speed, dtype=np.float64)
+        shift = self._shift.acceleration(error[:3], rate[:3] - gained, self._external[:3])
         acceleration = np.concatenate(
             (
-                self._shift.acceleration(error[:3], rate[:3], self._external[:3]),
+                shift - gained / self._dt,
                 self._turn.acceleration(error[3:], rate[3:], self._external[3:]),
             )
         )

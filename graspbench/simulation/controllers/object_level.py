@@ -12,8 +12,8 @@ from graspbench.errors import HandError
 from graspbench.simulation.controllers.felt_contacts import FeltContacts
 from graspbench.simulation.controllers.grasp_dynamics import GraspDynamics, GraspState
 from graspbench.simulation.force_control import ForceControl
-from graspbench.simulation.simulated_hand import Touch
 from graspbench.simulation.stage import Stage
+from graspbench.simulation.touch import Touch
 
 _POSTURE_RATE = 10.0
 """How fast the fingers' free motion, which the object does not feel, goes to the posture at rest, 1/s."""
@@ -135,7 +135,6 @@ class LinearizedControl(ObjectLevelControl):
         wrench = state.inertia @ acceleration + state.gyroscopic - self._dynamics.gravity_wrench
         forces = self._forces_for(state, wrench - wanted.counted_on)
         self._commanded(state, acceleration)
-        # What of it would take the joints beyond their torque limits is cut by the motors.
         joints = self._joint_accelerations(state, state.twist + self._dt * acceleration)
         torques: FloatArray = state.mass_matrix @ joints + state.bias + state.contact_jacobian.T @ forces
         return torques
