@@ -212,7 +212,10 @@ def read_result(path: Path) -> TrialResult:
             raise ValueError("it is no regular file")
         if path.stat().st_size > _MAX_RESULT_BYTES:
             raise ValueError(f"it has more than {_MAX_RESULT_BYTES >> 20} MB")
-        values = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        values = json.loads(text)
+        if "\\u" in text:  # half a character is no text: nothing that it is in could be written
+            json.dumps(values, ensure_ascii=False).encode()
         if _values_in(values) > _MAX_VALUES:
             raise ValueError(f"it has more than {_MAX_VALUES} values")
         return result_from_plain(migrate(values, path))

@@ -183,6 +183,26 @@ def test_one_unreadable_trial_is_one_row_and_stops_nobody(tmp_path, content):
     assert pd.read_csv(tmp_path / "trials.csv")["status"].tolist() == ["done", "unreadable"]
 
 
+@pytest.mark.parametrize("place", ["value", "key"])
+def test_half_a_character_makes_a_trial_unreadable_and_stops_nobody(tmp_path, place):
+    store = ResultStore(tmp_path)
+    _write(store, "abc")
+    _write(store, "bad")
+    path = tmp_path / "bad" / "result.json"
+    found = json.loads(path.read_text())
+    found |= {"reason": "\ud800"} if place == "value" else {"times_s": {"\ud800": 1.0}}
+    path.write_text(json.dumps(found))
+    assert {result.trial_id: result.status for result in store.results()} == {
+        "abc": "done",
+        "bad": "unreadable",
+    }
+    store.write_table()
+    assert pd.read_csv(tmp_path / "trials.csv")["status"].tolist() == ["done", "unreadable"]
+    found |= {"reason": "\u00e9 \U0001f600", "times_s": {}}
+    path.write_text(json.dumps(found))
+    assert store.result("bad").reason == found["reason"]
+
+
 def test_what_is_no_file_of_a_result_s_size_is_not_read(tmp_path):
     store = ResultStore(tmp_path)
     for name in ("fifo", "huge"):
