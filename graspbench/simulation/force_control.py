@@ -1,7 +1,6 @@
 """The fingers' force control while they grip: grip force, weight, and soft springs around the posture."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,9 +20,6 @@ _LEFT = 0.2
 _EFFORT_ROUNDS = 4
 _NEARLY_ALL = 0.98
 _WEAKEST_N = 1e-3
-_SAME_UPWARDS, _SAME_REACH = 4e-3, 0.01
-"""Turn of the object against the weight (rad), and change of the reachable grip, that leave the forces as
-they are."""
 _EFFORT_SHARE = 0.9
 """Of the torque limits, for grip, weight and the fingers' own weight; the rest is for the springs."""
 
@@ -67,7 +63,6 @@ class ForceControl:
         self.rest = stage.hand.state()[0]
         self._forces = np.zeros((len(fingers), 3))
         self._pads = PadFriction(stage, fingers)
-        self._carried: _Carried | None = None
         self._points, self._normals = self._contacts()
         needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
@@ -109,7 +104,6 @@ class ForceControl:
         self._forces, _ = internal_forces(
             self._points, self._normals, self._stage.friction.coulomb, self.mean_force_n
         )
-        self._carried = None
         self._age = 0
 
     def _contacts(self) -> tuple[FloatArray, FloatArray]:
@@ -194,10 +188,6 @@ class ForceControl:
             upwards: In the object's frame, shape (3,).
             reachable: Share of the grip force that the joints can do without the weight.
         """
-        known = self._carried
-        if known is not None and known.serves(upwards, reachable):
-            return torques(known.forces)
-        self._carried = None
         weight, friction = self._weight_n * upwards, self._stage.friction.coulomb
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
         for _ in range(_EFFORT_ROUNDS):
@@ -207,7 +197,6 @@ class ForceControl:
             needed = torques(forces)
             share = self._within_effort(needed)
             if share >= _NEARLY_ALL:
-                self._carried = _Carried(forces, upwards, reachable)
                 return needed
             mean_n *= share
         shared = torques((_weight_sharing(self._points) @ weight).reshape(-1, 3))
@@ -223,26 +212,6 @@ class ForceControl:
         wanted = np.abs(torques)
         shares = np.divide(room, wanted, out=np.ones_like(room), where=wanted > 1e-9)
         return float(np.clip(shares[self._joints].min(), 0.0, 1.0))
-
-
-@dataclass(frozen=True, eq=False)
-class _Carried:
-    """Forces that grip and carry the weight, and what they were found for.
-
-    Attributes:
-        forces: On the object, in its own frame, shape (n, 3).
-        upwards: Against the weight, in that frame, shape (3,).
-        reachable: Share of the grip force that the joints could do.
-    """
-
-    forces: FloatArray
-    upwards: FloatArray
-    reachable: float
-
-    def serves(self, upwards: FloatArray, reachable: float) -> bool:
-        """Tell whether they still do: the object lies in the hand as it did."""
-        turned = np.abs(upwards - self.upwards).max() > _SAME_UPWARDS
-        return not turned and abs(reachable - self.reachable) <= _SAME_REACH
 
 
 def _weight_sharing(points: FloatArray) -> FloatArray:
