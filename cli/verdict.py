@@ -17,8 +17,17 @@ def verdict(result: "TrialResult") -> str:
     if execution is None:
         return "A grasp was planned; nothing was executed."
     if not execution.success:
-        return f"Lost{_where(execution)}: {execution.reason}."
-    return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}."
+        return f"Lost{_where(execution)}: {execution.reason}.{_strengthened(result)}"
+    return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}.{_strengthened(result)}"
+
+
+def _strengthened(result: "TrialResult") -> str:
+    """Say that it was not the planner's own grasp, where it was not."""
+    instead, planned = result.strengthened, result.local
+    if instead is None or planned is None:
+        return ""
+    there = f"where the planned one's is {planned.q3:.2g}"
+    return f" A strengthened grasp was executed, of Q3 {instead.q3:.2g} {there}."
 
 
 def _where(execution: "ExecutedResult") -> str:

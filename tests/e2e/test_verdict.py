@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from graspbench.cli.verdict import verdict
+from graspbench.results.grasp_results import StrengthenedResult
 from graspbench.results.physical_results import PhaseResult
 from tests.report.made import EXECUTED, made_result
 
@@ -44,3 +45,13 @@ def phases(held, slip_m=0.0004):
 )
 def test_it_says_whether_the_object_was_held_and_where_it_was_lost(execution, said):
     assert verdict(made_result("00000000aa", execution=execution)) == said
+
+
+def test_it_says_that_another_grasp_than_the_planned_one_was_executed():
+    instead = StrengthenedResult(q1=0.5, q2=1.0, q3=0.25, for_weight=False, climbed=True)
+    planned = made_result("00000000aa")
+    said = verdict(replace(planned, strengthened=instead))
+    assert said == (
+        f"{verdict(planned)} A strengthened grasp was executed, of Q3 0.25 where the planned one's is "
+        f"{planned.local.q3:.2g}."
+    )
