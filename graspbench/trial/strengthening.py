@@ -153,9 +153,12 @@ def _carries_with_ease(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -
 
 def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandConstraint) -> Grasp:
     """Return the grasp at a summit of Q3 that the hand holds, the given one where there is none higher."""
-    found = refine(
-        grasp, trial.surfaces[-1], "q3", config.quality, checker=hand, parameters=config.planner.refine
-    )
+    try:
+        found = refine(
+            grasp, trial.surfaces[-1], "q3", config.quality, checker=hand, parameters=config.planner.refine
+        )
+    except PlanningError:
+        return grasp  # a planner of somebody else's may use nodes that the climb cannot begin at
     return found.grasp if found.value > found.start_value else grasp
 
 
