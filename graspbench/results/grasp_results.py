@@ -183,6 +183,9 @@ class StrengthenedResult(GraspResult):
 class ExploredResult(GraspResult):
     """The grasp that felt best of a few that the whole hand felt; it was executed."""
 
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix, on the surface as seen")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches, on the surface as seen")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space, on the surface as seen")]
     measure: Annotated[str, About("The measure that was optimised")]
     grasps: Annotated[int, About("Grasps that were felt")]
     candidates: Annotated[int, About("Grasps that they were chosen from")]

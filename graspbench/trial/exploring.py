@@ -17,6 +17,7 @@ from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.measure import evaluate_measures
+from graspbench.grasp.quality import GraspQuality
 from graspbench.planning import (
     GlobalResult,
     PlanningProblem,
@@ -26,6 +27,7 @@ from graspbench.planning import (
     refine,
 )
 from graspbench.planning.grasp_optimization import GraspOptimization
+from graspbench.planning.merit import quality_of
 from graspbench.reconstruction.surface import Surface
 from graspbench.simulation.exploring_grasp import feel_grasp
 from graspbench.simulation.tip_friction import tip_friction
@@ -51,6 +53,7 @@ class Explored:
     Attributes:
         grasp: The one that felt best.
         history: Configurations that lead to it, the grasp last.
+        quality: Its Q1, Q2 and Q3 on the seen surface.
         measure: What was optimised.
         felt: The measure at the contacts felt, of each grasp in their order; 0 where a finger met nothing.
         foreseen: The same on the seen surface.
@@ -64,6 +67,7 @@ class Explored:
 
     grasp: Grasp
     history: tuple[Grasp, ...]
+    quality: GraspQuality
     measure: str
     felt: tuple[float, ...]
     foreseen: tuple[float, ...]
@@ -132,6 +136,7 @@ def _explore(
     return Explored(
         grasp=grasp,
         history=trial.executed.history if number == 0 else (grasp,),
+        quality=quality_of(surface, grasp.vertices, config.quality, _length_m(config, surface)),
         measure=p.measure,
         felt=tuple(felt.values()),
         foreseen=tuple(float(foreseen[k]) for k in order),
@@ -184,10 +189,13 @@ def _felt(config: TrialConfig, trial: PlannedTrial, scene: Scene, grasp: Grasp) 
 
 
 def _measure(config: TrialConfig, surface: Surface, points: FloatArray, inward: FloatArray) -> float:
-    name, quality = config.execution.touch.measure, config.quality
-    length_m = quality.torque_length_m(surface.points, surface.centroid)
-    values = evaluate_measures((name,), points, inward, surface.centroid, quality, length_m)
+    name, length_m = config.execution.touch.measure, _length_m(config, surface)
+    values = evaluate_measures((name,), points, inward, surface.centroid, config.quality, length_m)
     return max(float(values[name]), 0.0)
+
+
+def _length_m(config: TrialConfig, surface: Surface) -> float:
+    return config.quality.torque_length_m(surface.points, surface.centroid)
 
 
 def _candidates(config: TrialConfig, trial: PlannedTrial, measure: str) -> list[Grasp]:

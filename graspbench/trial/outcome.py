@@ -104,6 +104,7 @@ def explored_result(trial: "PlannedTrial") -> ExploredResult | None:
         ExploredResult,
         found,
         **_grasp(found.grasp),
+        **found.quality._asdict(),
         **_verification(trial, found.grasp),
         grasps=len(found.felt),
         value=found.felt[found.best],

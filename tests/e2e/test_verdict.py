@@ -59,7 +59,8 @@ def test_it_says_that_another_grasp_than_the_planned_one_was_executed():
 
 def test_it_says_that_exploring_grasps_chose():
     felt = ExploredResult(
-        measure="q3", grasps=3, candidates=9, value=0.15, first=0.11, felt=(0.11, 0.15, 0.12),
+        q1=0.5, q2=1.0, q3=0.13, measure="q3", grasps=3, candidates=9, value=0.15, first=0.11,
+        felt=(0.11, 0.15, 0.12),
         foreseen=(0.12, 0.13, 0.13), best=1, bound=None, ended="number", moved_mm=0.1, time_s=4.0,
     )  # fmt: skip
     planned = made_result("00000000aa")
