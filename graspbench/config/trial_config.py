@@ -37,6 +37,7 @@ from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
 
 if TYPE_CHECKING:
@@ -290,6 +291,7 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     cost.check_cost(parts)
     _check_motion(parts["scene"], primary)
+    _check_exploring(parts["scene"], parts["execution"].touch)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
@@ -301,6 +303,20 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
         "planner_name": complete["planner"]["name"],
         **parts,
     }
+
+
+def _check_exploring(scene: SceneParameters, touch: TouchParameters) -> None:
+    """Refuse exploring grasps together with what moves the goal under them."""
+    for key, used in (
+        ("execution.touch.max_touches", touch.max_touches > 0),
+        ("scene.motion", scene.motion != "none"),
+    ):
+        if touch.max_grasps and used:
+            raise ConfigurationError(
+                f"execution.touch.max_grasps = {touch.max_grasps} and {key} exclude each other",
+                remedy=f"leave one of execution.touch.max_grasps and {key} out",
+                key=key,
+            )
 
 
 def _check_motion(scene: SceneParameters, primary: Primary) -> None:
