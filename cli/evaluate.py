@@ -153,7 +153,8 @@ def _store(evaluation: "Evaluation", folder: Path) -> None:
 
     write_atomically(folder / "evaluation.json", to_json(evaluation.as_tree()))
     grasps = pd.json_normalize(evaluation.rows)
-    write_atomically(folder / "grasps.csv", csv_text(list(grasps), grasps.to_dict("records")))
+    rows = [dict(zip(map(str, grasps), row, strict=True)) for row in grasps.itertuples(index=False)]
+    write_atomically(folder / "grasps.csv", csv_text([str(name) for name in grasps], rows))
     if evaluation.planners:
         columns = list(dict.fromkeys(name for row in evaluation.planners for name in row))
         write_atomically(folder / "planners.csv", csv_text(columns, evaluation.planners))

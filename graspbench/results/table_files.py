@@ -1,4 +1,4 @@
-"""A table of trials as CSV and Parquet, without pandas: loading that takes longer than writing most tables."""
+"""A table of trials as CSV and Parquet, without pandas: loading that takes longer than most tables."""
 
 import csv
 import io
