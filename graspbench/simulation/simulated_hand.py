@@ -21,9 +21,9 @@ from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
 _JOINT_SPEED = 1e6
 """Bullet cuts joint speeds at 100 rad/s before it solves contacts and gears. A torque gives a joint of a few
-grams more than that within a step, and what is cut is missing in the balance of forces: fingers pressed unevenly
-and lost hold of what they carry at a time step that holds it without the cut; where joints follow others, they
-pressed three times too hard."""
+grams more than that within a step, and what is cut is missing in the balance of forces: fingers pressed
+unevenly, and lost what they hold with a step of a quarter; where joints follow others, they pressed
+three times too hard."""
 
 
 class SimulatedHand:

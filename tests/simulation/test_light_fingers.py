@@ -1,4 +1,4 @@
-"""A finger presses with what its torque makes, however light its links are, and whether joints follow or not."""
+"""A finger presses with what its torque makes, however light its links, and whether joints follow or not."""
 
 import numpy as np
 import pytest
