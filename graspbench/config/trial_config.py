@@ -36,6 +36,7 @@ from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
+from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.yaml_files import check_plain, read_yaml
 
@@ -72,6 +73,7 @@ class TrialConfig:
     silhouette: SilhouetteParameters
     surface: SurfaceParameters
     hand: HandParameters
+    arm: ArmParameters
     index_name: str
     index: Any
     planner_name: str
@@ -91,7 +93,7 @@ class TrialConfig:
         # How files are read and written defines no trial either.
         identity["hand"] = {key: value for key, value in self.tree["hand"].items() if key != "formats"}
         tasks = self.tree["clik"]["tasks"] if "clik" in self.tree else {}
-        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks)
+        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks, self.arm)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
