@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from graspbench.arrays import FloatArray
 from graspbench.hand.model import HandModel
 from graspbench.simulation.arm_parameters import ArmParameters
+from graspbench.simulation.mounts import arm_chain
+from graspbench.simulation.mounts.arm_chain import Chain
 from graspbench.simulation.mounts.arm_file import ArmFile, read_arm
 
 _BRACKET_M = (0.03, 0.05)
@@ -19,11 +21,10 @@ _BRACKET_M = (0.03, 0.05)
 
 _BRACKETS_DEG = (0.0, 45.0, 90.0)
 _BOLTINGS = 8
-_FIRST_LOW_JOINT = 2
+FIRST_LOW_JOINT = 2
 """Links from this joint on have to stay above the table: those before stand on it."""
 
-_DAMPED = 1e-8 * np.eye(6)
-_CENTRING_RATE = 0.3
+_CENTRING_RATE, _NO_FREEDOM = 0.3, 6
 _DRAWN, _EDGE, _TURN_M = 3000, 0.05, 0.3
 _NEAREST, _ALIKE_RAD = 60, 0.7
 
@@ -60,6 +61,8 @@ class ArmModel:
         n: Number of joints.
         lower, upper: Joint limits, shape (n,), rad or m.
         speed_limits: Shape (n,), rad/s or m/s.
+        chain: The same for compiled code; see `graspbench.simulation.mounts.arm_chain`.
+        centring_rate: Share of the way to the middle of its range that a joint drifts in a second, if it may.
         transform_root_to_tip: Fixed pose of the hand's root link in the link that carries it, shape (4, 4).
         pivot: Point about which the arm reaches, in its base's frame, shape (3,).
         reach_m: Farthest that the palm can be from there, an upper bound.
@@ -75,31 +78,22 @@ class ArmModel:
         self.transform_root_to_tip: FloatArray = palm_to_tip @ np.linalg.inv(hand.transform_palm_to_root)
         tip = self._model.frames[self._model.getFrameId(arm.tip)]
         placement = tip.placement * pinocchio.SE3(palm_to_tip)
-        self._palm = self._model.addFrame(
-            pinocchio.Frame("palm", tip.parentJoint, placement, pinocchio.FrameType.OP_FRAME)
-        )
-        self._data = self._model.createData()
         self.lower = np.array(self._model.lowerPositionLimit)
         self.upper = np.array(self._model.upperPositionLimit)
         self.speed_limits = arm.speed_limits
         self._middle = 0.5 * (self.lower + self.upper)
-        self._still = np.zeros(self.n)
-        self._low = range(_FIRST_LOW_JOINT, self.n)
+        self.centring_rate = _CENTRING_RATE if self.n > _NO_FREEDOM else 0.0
+        self.chain = self._chain(placement)
         self.turns_upright = not arm.slides[0] and self._first_axis_is_upright()
         self.pivot, self.reach_m = self._reach()
 
     def palm_pose(self, joints: FloatArray) -> FloatArray:
         """Return the palm's pose in the arm's base frame, shape (4, 4)."""
-        pinocchio.framesForwardKinematics(self._model, self._data, joints)
-        return np.array(self._data.oMf[self._palm].homogeneous)
+        return np.asarray(arm_chain.palm_pose(self.chain, joints))
 
     def jacobian(self, joints: FloatArray) -> FloatArray:
-        """Return the palm's Jacobian in its own frame, shape (6, n): velocity first, then turning."""
-        pinocchio.computeJointJacobians(self._model, self._data, joints)
-        pinocchio.updateFramePlacements(self._model, self._data)
-        return np.array(
-            pinocchio.getFrameJacobian(self._model, self._data, self._palm, pinocchio.ReferenceFrame.LOCAL)
-        )
+        """Return the palm's Jacobian in the arm's base frame, shape (6, n): velocity first, then turning."""
+        return np.asarray(arm_chain.jacobian(self.chain, joints))
 
     def follow(
         self, joints: FloatArray, transform_palm_to_base: FloatArray, time_s: float, iterations: int = 2
@@ -115,29 +109,15 @@ class ArmModel:
             time_s: Time until then.
             iterations: Newton steps.
         """
-        goal = pinocchio.SE3(transform_palm_to_base)
-        q = joints.copy()
-        drift = _CENTRING_RATE * time_s * (self._middle - joints) if self.n > 6 else self._still
-        for _ in range(iterations):
-            jacobian = self.jacobian(q)
-            error = pinocchio.log6(self._data.oMf[self._palm].actInv(goal)).vector
-            square = jacobian @ jacobian.T + _DAMPED
-            q += drift + jacobian.T @ np.linalg.solve(square, error - jacobian @ drift)
-            drift = self._still
-        return q
+        return np.asarray(
+            arm_chain.follow(
+                self.chain, joints, transform_palm_to_base, self.centring_rate * time_s, iterations
+            )
+        )
 
     def reach(self, seed: FloatArray, transform_palm_to_base: FloatArray) -> FloatArray:
         """Return joints that bring the palm to a pose from afar, each turned into its range, shape (n,)."""
-        q = seed.copy()
-        for _ in range(25):
-            before = q
-            q = before + np.clip(self.follow(before, transform_palm_to_base, 0.5, 1) - before, -0.5, 0.5)
-            if np.abs(q - before).max() < 0.01:
-                break
-        turning = ~np.array(self.arm.slides)
-        out = turning & ((q < self.lower) | (q > self.upper))
-        q[out] -= 2.0 * np.pi * np.round((q - self._middle)[out] / (2.0 * np.pi))
-        return self.follow(q, transform_palm_to_base, 0.0, 3)
+        return np.asarray(arm_chain.reach(self.chain, seed, transform_palm_to_base, 0.5 * self.centring_rate))
 
     def seeds(self, transform_palm_to_base: FloatArray, count: int) -> list[FloatArray]:
         """Return joints, unlike each other, that bring the palm near a pose, the nearest first.
@@ -163,25 +143,38 @@ class ArmModel:
 
     def assess(self, joints: FloatArray, transform_palm_to_base: FloatArray) -> ArmState:
         """Say how well joints reach a pose."""
-        jacobian = self.jacobian(joints)
-        error = pinocchio.log6(self._data.oMf[self._palm].actInv(pinocchio.SE3(transform_palm_to_base)))
-        return ArmState(
-            joints=joints,
-            error_m=float(np.linalg.norm(error.vector)),
-            margins=np.minimum(joints - self.lower, self.upper - joints) / (0.5 * (self.upper - self.lower)),
-            dexterity=float(np.linalg.svd(jacobian, compute_uv=False)[-1]),
-            lowest_m=min(self._lowest(k) for k in self._low),
+        error_m, dexterity, lowest_m = arm_chain.assess(
+            self.chain, joints, transform_palm_to_base, FIRST_LOW_JOINT
+        )
+        margins = np.minimum(joints - self.lower, self.upper - joints) / (0.5 * (self.upper - self.lower))
+        return ArmState(joints, error_m, margins, dexterity, lowest_m)
+
+    def _chain(self, palm: pinocchio.SE3) -> Chain:
+        model, n = self._model, self.n
+        places = [model.jointPlacements[k + 1].homogeneous[:3] for k in range(n)]
+        data = model.createData()
+        columns = [
+            pinocchio.computeJointJacobian(model, data, pinocchio.neutral(model), k + 1)[:, k]
+            for k in range(n)
+        ]
+        slides = np.array(self.arm.slides)
+        axes = [column[:3] if slide else column[3:] for column, slide in zip(columns, slides, strict=True)]
+        hulls = self.arm.hulls
+        begins = np.cumsum([0, *(len(hull) for hull in hulls)])
+        return (
+            np.ascontiguousarray(places),
+            np.ascontiguousarray(axes),
+            slides,
+            np.ascontiguousarray(palm.homogeneous[:3]),
+            self.lower,
+            self.upper,
+            self._middle,
+            np.ascontiguousarray(np.vstack(hulls)),
+            begins,
         )
 
-    def _lowest(self, k: int) -> float:
-        placement = self._data.oMi[k + 1]
-        heights = self.arm.hulls[k] @ placement.rotation[2]
-        return float(heights.min(initial=0.0) + placement.translation[2])
-
     def _first_axis_is_upright(self) -> bool:
-        pinocchio.forwardKinematics(self._model, self._data, pinocchio.neutral(self._model))
-        jacobian = pinocchio.computeJointJacobian(self._model, self._data, pinocchio.neutral(self._model), 1)
-        axis = self._data.oMi[1].rotation @ jacobian[3:, 0]
+        axis = np.asarray(self._model.jointPlacements[1].rotation) @ self.chain[1][0]
         return bool(axis[2] > 1.0 - 1e-6)
 
     def _reach(self) -> tuple[FloatArray, float]:
@@ -191,7 +184,7 @@ class ArmModel:
         on_axis = self.turns_upright and np.linalg.norm((second.translation - first.translation)[:2]) < 1e-6
         start = 3 if on_axis and not self.arm.slides[1] else 2
         length = sum(float(np.linalg.norm(placements[k].translation)) for k in range(start, self.n + 1))
-        length += float(np.linalg.norm(self._model.frames[self._palm].placement.translation))
+        length += float(np.linalg.norm(self.chain[3][:, 3]))
         slides = np.array(self.arm.slides)
         length += float(np.maximum(np.abs(self.lower), np.abs(self.upper))[slides].sum())
         return np.array((second if start == 3 else first).translation), length

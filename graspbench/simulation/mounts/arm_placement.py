@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
-from graspbench.simulation.mounts.arm_model import ArmModel
+from graspbench.simulation.mounts.arm_chain import comfort_of_path
+from graspbench.simulation.mounts.arm_model import FIRST_LOW_JOINT, ArmModel
 from graspbench.simulation.mounts.mount import PalmTask
 
 _DISTANCES = (0.58, 0.48, 0.68, 0.38, 0.78)
@@ -153,24 +154,18 @@ def _score(
     Where the base may still be turned, the first joint's range does not count, and the turn is returned too
     that brings this joint to the middle of its range, rad.
     """
-    comfort = np.inf
-    first = [float(joints[0])]
-    spans = [0.0, *(b - a for a, b in pairwise(times_s.tolist()))]
-    for palm, span in zip(palms, spans, strict=True):
-        steps = 2 if span > 0.0 else 1
-        now = joints
-        for _ in range(steps):
-            now = arm.follow(now, palm, span / steps)
-        state = arm.assess(now, palm)
-        comfort = min(comfort, _comfort(_least_margin(state.margins, base_turns), state.dexterity))
-        too_fast = span > 0.0 and np.any(np.abs(now - joints) > _SPEED_SHARE * arm.speed_limits * span)
-        low = state.lowest_m + height_m < _CLEARANCE_M
-        if comfort <= least or too_fast or low or state.error_m > _REACHED_M:
-            return 0.0, 0.0
-        joints = now
-        first.append(float(now[0]))
-    middle = 0.5 * float(arm.lower[0] + arm.upper[0])
-    return comfort, 0.5 * (min(first) + max(first)) - middle
+    rules = (arm.centring_rate, _REACHED_M, _CLEARANCE_M - height_m, _MIN_MARGIN, _MIN_DEXTERITY)
+    comfort, low, high = comfort_of_path(
+        arm.chain,
+        joints,
+        np.ascontiguousarray(palms),
+        np.diff(times_s, prepend=times_s[0]),
+        _SPEED_SHARE * arm.speed_limits,
+        FIRST_LOW_JOINT,
+        np.array([*rules, _GOOD_DEXTERITY, least]),
+        not base_turns,
+    )
+    return comfort, 0.5 * (low + high) - 0.5 * float(arm.lower[0] + arm.upper[0])
 
 
 def _least_margin(margins: FloatArray, base_turns: bool) -> float:

@@ -5,12 +5,13 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio
 import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
 from graspbench.config.trial_config import load_config
-from graspbench.errors import SimulationError
+from graspbench.errors import HandError, SimulationError
 from graspbench.geometry import ObjectParameters, load_object
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand import GraspChecker, HandParameters, load_hand
@@ -18,7 +19,7 @@ from graspbench.simulation import ExecutionParameters, SceneParameters, World
 from graspbench.simulation.arm_parameters import FLOATING, ArmParameters
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.mounts.arm_file import PREFIX, read_arm
-from graspbench.simulation.mounts.arm_model import ArmModel, brackets
+from graspbench.simulation.mounts.arm_model import FIRST_LOW_JOINT, ArmModel, brackets
 from graspbench.simulation.mounts.choice import make_mount
 from graspbench.simulation.phases import palm_task, plan_phases
 from graspbench.simulation.simulated_hand import SimulatedHand
@@ -87,13 +88,51 @@ def test_inverse_kinematics_inverts_forward_kinematics(arm):
 def test_the_jacobian_is_the_derivative_of_the_palms_pose(arm):
     step = 1e-6
     for joints in random_joints(arm, 5):
-        jacobian, pose = arm.jacobian(joints), arm.palm_pose(joints)
+        jacobian = arm.jacobian(joints)
         for k in range(arm.n):
             ends = [arm.palm_pose(joints + side * step * np.eye(arm.n)[k]) for side in (-1.0, 1.0)]
-            moved = pose[:3, :3].T @ (ends[1][:3, 3] - ends[0][:3, 3]) / (2 * step)
-            turned = Rotation.from_matrix(ends[0][:3, :3].T @ ends[1][:3, :3]).as_rotvec() / (2 * step)
+            moved = (ends[1][:3, 3] - ends[0][:3, 3]) / (2 * step)
+            turned = Rotation.from_matrix(ends[1][:3, :3] @ ends[0][:3, :3].T).as_rotvec() / (2 * step)
             np.testing.assert_allclose(jacobian[:3, k], moved, atol=1e-7)
             np.testing.assert_allclose(jacobian[3:, k], turned, atol=1e-6)
+
+
+def test_pose_jacobian_and_singular_value_are_pinocchios(arm):
+    """Pinocchio reads the same file by itself, and knows nothing of the compiled chain."""
+    model = pinocchio.buildModelFromXML(arm.arm.urdf)
+    data, tip = model.createData(), model.getFrameId(arm.arm.tip)
+    np.testing.assert_array_equal(
+        [model.lowerPositionLimit, model.upperPositionLimit], [arm.lower, arm.upper]
+    )
+    for joints in random_joints(arm, 20):
+        pinocchio.framesForwardKinematics(model, data, joints)
+        palm = arm.palm_pose(joints)
+        carried = data.oMf[tip].homogeneous @ arm.arm.transform_flange_to_tip @ brackets(from_above())[1]
+        np.testing.assert_allclose(palm, carried, atol=1e-12)
+        frame = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        at_tip = pinocchio.computeFrameJacobian(model, data, joints, tip, frame)
+        way = palm[:3, 3] - data.oMf[tip].translation
+        moved = at_tip[:3] + np.cross(at_tip[3:], way, axis=0)
+        np.testing.assert_allclose(arm.jacobian(joints), np.vstack((moved, at_tip[3:])), atol=1e-12)
+        state = arm.assess(joints, palm)
+        values = np.linalg.svd(arm.jacobian(joints), compute_uv=False)
+        assert state.dexterity == pytest.approx(values[-1], rel=1e-6)
+        lowest = min(
+            (data.oMi[k + 1].rotation[2] @ hull.T + data.oMi[k + 1].translation[2]).min(initial=np.inf)
+            for k, hull in enumerate(arm.arm.hulls)
+            if k >= FIRST_LOW_JOINT
+        )
+        assert state.lowest_m <= lowest + 1e-12
+
+
+@pytest.mark.parametrize("turn", [0.0, 1e-12, 0.3, np.pi - 1e-7, np.pi])
+@pytest.mark.parametrize("axis", [[1, 0, 0], [0.6, 0, -0.8], [-0.48, 0.6, 0.64]])
+def test_what_is_missing_to_a_goal_is_told_for_any_turn(arm, axis, turn):
+    joints = 0.6 * arm.lower + 0.4 * arm.upper
+    goal = arm.palm_pose(joints)
+    goal[:3, :3] = Rotation.from_rotvec(turn * np.array(axis)).as_matrix() @ goal[:3, :3]
+    goal[:3, 3] += [0.03, 0.0, 0.04]
+    assert arm.assess(joints, goal).error_m == pytest.approx(np.hypot(0.05, turn), abs=1e-6)
 
 
 def test_an_arm_reaches_a_pose_from_seeds_of_its_own(arm):
@@ -225,3 +264,74 @@ def planned(hand, model):
         transform_palm_to_world=np.stack((palm, palm)),
     )
     return Grasp(np.arange(3), points, normals, np.array([0, 0, height]), posture), path
+
+
+def six_joints(path, count=6, **changes):
+    """Write an arm of boxes: joint axes z, y, y, x, y, x, and a flange 50 mm behind the last one."""
+    links, joints = ['<link name="foot"/>'], []
+    limit = changes.get("limit", '<limit lower="-2.5" upper="2.5" effort="50" velocity="2"/>')
+    for k, axis in enumerate(("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")[:count]):
+        parent = f"l{k - 1}" if k else "foot"
+        offset = ("0 0 0.2", "0 0 0.1", "0.4 0 0", "0.3 0 0", "0.1 0 0", "0.1 0 0")[k]
+        size = "0.1 0.08 0.08" if k == 5 else "0.05 0.05 0.05"
+        links.append(
+            f'<link name="l{k}"><collision><geometry><box size="{size}"/></geometry></collision></link>'
+        )
+        joints.append(
+            f'<joint name="j{k}" type="{changes.get("kind", "revolute")}"><parent link="{parent}"/>'
+            f'<child link="l{k}"/><origin xyz="{offset}"/><axis xyz="{axis}"/>{limit}</joint>'
+        )
+    extra = changes.get("extra", "")
+    path.write_text(f'<robot name="own">{"".join(links + joints)}{extra}</robot>')
+    return ArmParameters("own", str(path))
+
+
+GRIPPER = "".join(
+    f'<link name="{name}"/><joint name="to_{name}" type="prismatic"><parent link="l5"/><child link="{name}"/>'
+    f'<axis xyz="0 1 0"/><limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>'
+    for name in ("left", "right")
+)
+
+
+@pytest.mark.parametrize("extra", ["", GRIPPER])
+def test_chain_tip_and_flange_are_found(tmp_path, extra):
+    arm = read_arm(six_joints(tmp_path / "own.urdf", extra=extra))
+    assert [joint.removeprefix(PREFIX) for joint in arm.joints] == [f"j{k}" for k in range(6)]
+    assert arm.tip == f"{PREFIX}l5"
+    np.testing.assert_allclose(arm.transform_flange_to_tip[:3, 3], [0.05, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(arm.transform_flange_to_tip[:3, 2], [1, 0, 0], atol=1e-12)
+    assert np.linalg.det(arm.transform_flange_to_tip[:3, :3]) == pytest.approx(1.0)
+    assert "left" not in arm.urdf
+
+
+def test_an_arm_of_continuous_joints_turns_once_either_way(tmp_path):
+    arm = read_arm(six_joints(tmp_path / "own.urdf", kind="continuous", limit=""))
+    model = pinocchio.buildModelFromXML(arm.urdf)
+    np.testing.assert_allclose(model.upperPositionLimit, 2 * np.pi)
+    np.testing.assert_allclose(arm.speed_limits, np.radians(90.0))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"count": 5}, "has 5 joint\\(s\\) between 'foot' and 'l4'"),
+        ({"limit": '<limit lower="1" upper="1"/>'}, "joint 'j0' of arm 'own' has no range"),
+        ({"limit": '<limit lower="a" upper="1"/>'}, "of arm 'own' cannot be read"),
+        ({"limit": '<limit lower="0" upper="1"/><mimic joint="j1"/>'}, "follows another"),
+        ({"kind": "planar"}, "'j0' of arm 'own' is planar"),
+    ],
+)
+def test_what_is_no_arm_is_said_in_a_sentence(tmp_path, changes, said):
+    with pytest.raises(HandError, match=said) as refused:
+        read_arm(six_joints(tmp_path / "own.urdf", **changes))
+    assert "hand" not in str(refused.value)
+
+
+def test_names_that_are_not_there_are_said(tmp_path):
+    own = six_joints(tmp_path / "own.urdf")
+    with pytest.raises(HandError, match="arm 'own' has no link 'hand'"):
+        read_arm(replace(own, tip="hand"))
+    with pytest.raises(HandError, match=r"arm\.speed_limits_deg has 2 values"):
+        read_arm(replace(own, speed_limits_deg=(1.0, 2.0)))
+    with pytest.raises(HandError, match=r"the URDF 'no.urdf' of arm 'own' does not exist: correct arm.urdf"):
+        read_arm(replace(own, urdf="no.urdf"))
