@@ -14,7 +14,6 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "engine.cluster": ("slurm", "local"),
     "engine.name": ("local", "inline", "slurm"),
     "execution.control": ("joint_impedance", "object_impedance", "computed_torque", "hybrid"),
-    "execution.mount": ("floating", "kuka"),
     "execution.object_impedance.feels_wrench": ("true", "false"),
     "execution.until": ("off", "contact", "hold", "pushes", "shakes"),
     "hand.kind": ("radial", "urdf"),
