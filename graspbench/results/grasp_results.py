@@ -163,7 +163,7 @@ class RestartedResult(GraspResult):
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthenedResult(GraspResult):
-    """The grasp that was executed in place of the planned one, which would hardly have held."""
+    """The grasp that was executed in place of one that would hardly have held, or that no arm reaches."""
 
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
@@ -172,6 +172,39 @@ class StrengthenedResult(GraspResult):
         bool, About("Whether it was planned again, because the first grasp was too weak for the object")
     ]
     climbed: Annotated[bool, About("Whether it climbed Q3 from the planned grasp")]
+    for_arm: Annotated[
+        bool, About("Whether it was taken because the arm reaches the planned grasp from no place")
+    ] = False
+    verified: Annotated[
+        bool | None,
+        About("Whether the posture stands before an independent check", empty="there is no posture"),
+    ] = None
+    violations: Annotated[tuple[str, ...], About("What the check found")] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExploredResult(GraspResult):
+    """The grasp that felt best of a few that the whole hand felt; it was executed."""
+
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix, on the surface as seen")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches, on the surface as seen")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space, on the surface as seen")]
+    measure: Annotated[str, About("The measure that was optimised")]
+    grasps: Annotated[int, About("Grasps that were felt")]
+    candidates: Annotated[int, About("Grasps that they were chosen from")]
+    value: Annotated[Number, About("The measure at the contacts that the executed grasp felt")]
+    first: Annotated[Number, About("The same of the grasp that would have been executed otherwise")]
+    felt: Annotated[
+        tuple[Number, ...], About("The measure of each grasp felt, in their order; 0 where a finger missed")
+    ]
+    foreseen: Annotated[tuple[Number, ...], About("The same on the surface as it was seen")]
+    best: Annotated[int, About("Which of them was executed, from 0")]
+    bound: Annotated[
+        Number | None, About("Certified upper bound on the seen surface", empty="it was not searched for")
+    ]
+    ended: Annotated[str, About("Why it ended: enough, number, no gain or no candidate")]
+    moved_mm: Annotated[Number, About("By how much the object was moved by it all")]
+    time_s: Annotated[Number, About("Simulated time that it took")]
     verified: Annotated[
         bool | None,
         About("Whether the posture stands before an independent check", empty="there is no posture"),

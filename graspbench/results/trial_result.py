@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from graspbench.results.about import About, Number, Part
 from graspbench.results.grasp_results import (
+    ExploredResult,
     GlobalGraspResult,
     LocalResult,
     PlannedResult,
@@ -140,6 +141,10 @@ class TrialResult(Part):
     strengthened: Annotated[
         StrengthenedResult | None,
         About("The grasp that was executed", empty="the planner's own grasp was, or nothing"),
+    ] = None
+    explored: Annotated[
+        ExploredResult | None,
+        About("The grasp that exploring grasps chose", empty="execution.touch.max_grasps is 0"),
     ] = None
     restarted: Annotated[
         RestartedResult | None,

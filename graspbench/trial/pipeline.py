@@ -17,7 +17,6 @@ from graspbench.planning import (
     Plan,
     PlannerParameters,
     RefinedGrasp,
-    clear_approach,
     make_index,
     plan_global,
     plan_restarted,
@@ -31,9 +30,11 @@ from graspbench.simulation.exploration import FeltParts
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
+from graspbench.trial.exploring import explored
 from graspbench.trial.felt import felt_result, shift_unseen, true_q3
 from graspbench.trial.outcome import (
     execution_result,
+    explored_result,
     global_results,
     local_result,
     object_result,
@@ -45,6 +46,7 @@ from graspbench.trial.outcome import (
     strengthened_result,
 )
 from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.reaching import Way, way_to_grasp
 from graspbench.trial.strengthening import strengthened
 
 
@@ -72,20 +74,14 @@ def run_grasp(
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
-        paths, motion = clock.run(
-            "paths",
-            partial(
-                clear_approach,
-                trial.executed.history,
-                trial.surfaces[-1],
-                trial.hand,
-                config.planner,
-                trial.checker.ground_height_m,
-            ),
-        )
+        if trial.scene is not None:
+            shift_unseen(trial.scene.world, config.scene, config.seed)
+        trial = explored(config, trial, best, clock)
+        way = way_to_grasp(config, trial, clock)
+        trial = way.trial
         with clock.stage("record"):
-            _record_paths(log, trial, best, paths, motion)
-        execution = _execute(config, trial, motion, clock)
+            _record_paths(log, trial, best, way.paths, way.motion)
+        execution = _execute(config, way, clock)
 
     result = clock.run(
         "figures_of_merit", partial(_result, config, started, trial, restarted, best, refined, execution)
@@ -107,7 +103,7 @@ def run_grasp(
                 folder,
                 config.index_name,
                 trial,
-                paths,
+                way.paths,
                 execution,
                 for_print=wanted.print,
                 titles=wanted.titles,
@@ -210,15 +206,13 @@ def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: Local
     return centre_tolerance_m(config, _known(trial.plan, restarted))
 
 
-def _execute(
-    config: TrialConfig, trial: PlannedTrial, motion: JointPath, clock: StageClock
-) -> ExecutionResult | None:
+def _execute(config: TrialConfig, way: Way, clock: StageClock) -> ExecutionResult | None:
+    trial, motion = way.trial, way.motion
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
         ride = None if trial.followed is None else trial.followed.begin()
-        shift_unseen(trial.scene.world, config.scene, config.seed)
         return execute_grasp(
             trial.scene.world,
             trial.hand,
@@ -228,6 +222,7 @@ def _execute(
             friction,
             ride,
             FeltParts(trial.surfaces[-1], motion.closing),
+            way.carrier,
         )
 
 
@@ -248,6 +243,7 @@ def _result(
         object=object_result(trial),
         planned=planned_result(config.planner_name, trial.plan),
         strengthened=strengthened_result(trial, quality),
+        explored=explored_result(trial),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
@@ -296,6 +292,8 @@ def _record_paths(
     paths: tuple[FingertipPath, ...],
     motion: JointPath,
 ) -> None:
+    if trial.explored is not None:
+        log.grasp(trial.explored.grasp, "explored")
     for measure, found in best.items():
         if found.grasp is not None:
             log.grasp(found.grasp, f"global-{measure}")

@@ -28,12 +28,14 @@ from graspbench.planning import (
     plan_with,
 )
 from graspbench.reconstruction import Surface, reconstruct
+from graspbench.simulation.mounts.arm_file import read_arm
 from graspbench.trial.clock import StageClock
 from graspbench.trial.moving import FollowedObject, follow_object
 
 if TYPE_CHECKING:
     from graspbench.simulation import World
     from graspbench.simulation.execution_result import Motion
+    from graspbench.trial.exploring import Explored
     from graspbench.trial.strengthening import Strengthened
 
 
@@ -67,6 +69,7 @@ class PlannedTrial:
         plan: What the planner found.
         followed: The moving object, if it moves; then all of the above is as at its reference time.
         strengthened: What is executed in place of the plan's grasp; None where that is executed.
+        explored: What exploring grasps felt, the best of which is executed in place of both.
     """
 
     name: str
@@ -79,10 +82,13 @@ class PlannedTrial:
     plan: Plan
     followed: FollowedObject | None = None
     strengthened: "Strengthened | None" = None
+    explored: "Explored | None" = None
 
     @property
-    def executed(self) -> "Plan | Strengthened":
+    def executed(self) -> "Plan | Strengthened | Explored":
         """Whose grasp and history are executed."""
+        if self.explored is not None:
+            return self.explored
         return self.plan if self.strengthened is None else self.strengthened
 
 
@@ -123,6 +129,8 @@ def planned_trial(
     with clock.stage("hand"):
         hand = load_hand(config.hand)
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
+        if config.arm.urdf is not None:
+            read_arm(config.arm)  # refused before anything is planned
     with ExitStack() as stack:
         followed, scene, silhouettes = None, None, None
         if config.scene.source == "images":

@@ -20,12 +20,13 @@ COARSE = (
     "surface.meridians=14", "surface.parallels=13", "camera.width=240", "camera.height=180", "camera.fx=260",
     "camera.fy=260", "stations.outer.count=5", "stations.inner.count=0", "search.time_limit_s=0.2",
     "object=sphere", "planner.planes=3", "planner.candidates=2", "planner.refine.jumps=1",
-    "record.level=scores", "record.pictures=false", "execution.hold_time_s=0.05",
+    "record.level=scores", "record.pictures=false", "execution.squeeze_time_s=0.2",
+    "execution.lift_time_s=0.3", "execution.rotation_time_s=0.3", "execution.hold_time_s=0.05",
     "execution.shake_time_s=0.1", "execution.push_time_s=0.05",
 )  # fmt: skip
 
 # Chosen by a group whose other options they need, or by what the machine has; each has tests of its own.
-ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "execution.mount", "clik.method",
+ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "clik.method",
     "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by: each in a trial of its own, so that it hides no other.
 ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures", "record.print"}
