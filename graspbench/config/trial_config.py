@@ -41,9 +41,6 @@ from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
 
-GAITING = ("rolling", "hard", "soft")
-"""Contacts on which fingers can gait."""
-
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
 
@@ -354,6 +351,8 @@ def _check_motion(scene: SceneParameters, primary: Primary) -> None:
 
 def _check_gait(config: ManipulationConfig) -> None:
     """Refuse a gait of fingers or on contacts that can never do it."""
+    from graspbench.manipulation.gaiting.gait_parameters import GAITING
+
     if config.motion.gait.angle_deg == 0.0:
         return
     if config.contact.kind not in GAITING:

@@ -148,3 +148,19 @@ def test_completion_offers_the_nested_group(typed, offered):
 def test_completion_offers_only_what_composes():
     assert "clik/tasks." not in complete_override("clik")
     assert not [name for name in complete_override("clik.") if "defaults" in name]
+
+
+@pytest.mark.parametrize(
+    ("override", "word"),
+    [
+        ("contact=frictionless", "do not gait on contacts of kind 'frictionless'"),
+        ("contact=soft_pad", "do not gait on contacts of kind 'soft_pad'"),
+        ("hand.fingers=2", "two fingers cannot gait"),
+        ("execution=default", "not played in physics"),
+        ("motion.gait.angle_deg=400", "motion.gait.angle_deg"),
+    ],
+)
+def test_a_gait_that_can_never_be_done_is_refused_before_anything(override, word):
+    with pytest.raises(ConfigurationError, match=word):
+        load_manipulation_config(["motion=gait", override])
+    assert load_manipulation_config(["motion=gait"]).motion.gait.angle_deg == 60.0

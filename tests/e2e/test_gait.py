@@ -28,7 +28,7 @@ def test_a_sphere_is_turned_on_by_steps(cli, tmp_path):
     assert gait["friction_margin_min_n"] > 0.0
     assert figures["balanced_share"] == 1.0
     histories = pd.read_csv(tmp_path / result["trial_id"] / "histories.csv")
-    # a finger that steps has no contact: its cells are empty
+    # a finger that steps has no contact
     steps = histories[[f"contact_{i}_x_m" for i in range(4)]].isna()
     assert steps.to_numpy().any(axis=0).sum() >= 3
     assert steps.sum(axis=1).max() == 1

@@ -19,7 +19,7 @@ from graspbench.manipulation.clik import ClikParameters
 from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.gaiting.finger_step import Stepping
 from graspbench.manipulation.gaiting.footholds import Footholds
-from graspbench.manipulation.gaiting.gait_parameters import GaitParameters
+from graspbench.manipulation.gaiting.gait_parameters import GAITING, GaitParameters
 from graspbench.manipulation.gaiting.gait_result import GaitResult, Piece, join
 from graspbench.manipulation.gaiting.hold import HoldTest
 from graspbench.manipulation.gaiting.regrasp import ChartAt, Regrasp
@@ -28,7 +28,6 @@ from graspbench.manipulation.gaiting.turning import Turning, grasp_normal
 from graspbench.manipulation.held_object import hold_object
 from graspbench.reconstruction.surface import Surface
 
-_KINDS = ("rolling", "hard", "soft")
 _SHARES = (1.0, 0.7, 0.4)
 """Of a turn, after which a round of steps is looked for."""
 _GOALS_DEG = 10.0
@@ -100,10 +99,10 @@ def gait_object(
 
 
 def _check(hand: HandModel, grasp: Grasp, contact: ContactParameters) -> None:
-    if contact.kind not in _KINDS:
+    if contact.kind not in GAITING:
         raise ManipulationError(
             f"fingers do not gait on contacts of kind '{contact.kind}'",
-            remedy=f"set contact to one of {', '.join(_KINDS)}",
+            remedy=f"set contact to one of {', '.join(GAITING)}",
         )
     if hand.places_by_wrist:
         raise ManipulationError(

@@ -5,6 +5,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+GAITING = ("rolling", "hard", "soft")
+"""Kinds of contact on which fingers can gait."""
+
 
 @dataclass(frozen=True)
 class GaitParameters:
