@@ -111,8 +111,7 @@ def _check(
     config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters, moved: GaitResult
 ) -> GaitFigures:
     """Check a gait independently of its planning."""
-    start = trial.hand, trial.plan.grasp, trial.surfaces[-1]
-    found = check_gait(*start, moved, contact, gravity=config.scene.gravity)
+    found = check_gait(trial.hand, trial.surfaces[-1], moved, contact, gravity=config.scene.gravity)
     figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
     return GaitFigures(turns=moved.turns, steps=len(moved.steps), verified=not found.violations, **figures)
 

@@ -6,6 +6,7 @@ over the surface one by one, while the others hold the object at rest, and the n
 planned before the first motion, so a gait that cannot be done is refused before it starts.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from graspbench.manipulation.gaiting.footholds import Footholds
 from graspbench.manipulation.gaiting.gait_parameters import GAITING, GaitParameters
 from graspbench.manipulation.gaiting.gait_result import GaitResult, Piece, join
 from graspbench.manipulation.gaiting.hold import HoldTest
-from graspbench.manipulation.gaiting.regrasp import ChartAt, Regrasp
+from graspbench.manipulation.gaiting.regrasp import ChartAt, Placement, Regrasp
 from graspbench.manipulation.gaiting.stance import Moves, Stance
 from graspbench.manipulation.gaiting.turning import Turning, grasp_normal
 from graspbench.manipulation.held_object import hold_object
@@ -186,8 +187,13 @@ class _Gait:
         left = self._left(stance)
         goal = min(left, self._gait.max_turn_deg)
         while goal > 0.0:
+            until, final = stance.turned_deg + self._sign * goal, goal >= left - _NEARLY_DEG
             for may_stay in (True, False):
-                after = self._round(stance, pieces, goal, final=goal >= left - _NEARLY_DEG, may_stay=may_stay)
+                stand = stance.stand()
+                found = self._regrasp.find(stand, stance.turned_deg, until, final=final, may_stay=may_stay)
+                if found is None:  # if no finger may stay there are fewer ways still
+                    break
+                after = self._taken(stance, pieces, found, goal)
                 if after is not None:
                     return after
             if goal <= _LEAST_GOAL_DEG:
@@ -195,14 +201,10 @@ class _Gait:
             goal = max(goal - _GOALS_DEG, _LEAST_GOAL_DEG)
         return None
 
-    def _round(
-        self, stance: Stance, pieces: tuple[Piece, ...], goal_deg: float, *, final: bool, may_stay: bool
+    def _taken(
+        self, stance: Stance, pieces: tuple[Piece, ...], found: Sequence[Placement], goal_deg: float
     ) -> _Reached | None:
-        """Return where a round of steps leads after which most of a turn is possible."""
-        until = stance.turned_deg + self._sign * goal_deg
-        found = self._regrasp.find(stance.stand(), stance.turned_deg, until, final=final, may_stay=may_stay)
-        if found is None:
-            return None
+        """Return where steps lead, None if most of the turn that they are for is not possible after them."""
         after, way = stance, list(pieces)
         for placement in found:
             stepped = self._moves.step(after, placement, way[-1])

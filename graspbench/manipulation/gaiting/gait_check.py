@@ -11,7 +11,6 @@ import pinocchio
 import trimesh
 
 from graspbench.arrays import FloatArray
-from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandModel, HandPosture
 from graspbench.hand.verification import verify_posture
 from graspbench.manipulation.contact_parameters import ContactParameters
@@ -29,6 +28,8 @@ _BALANCE_TOLERANCE = 1e-3
 _CONE_TOLERANCE_N = 1e-6
 _MIN_SINGULAR_M = 1e-3
 _LOOK_S = 0.1
+_NEAR_M = 1e-3
+"""A stepping tip may sink into the mesh as far as charts do, so near to its contact."""
 _ARM_M = 0.1
 
 
@@ -61,7 +62,6 @@ class GaitCheck:
 
 def check_gait(
     hand: HandModel,
-    grasp: Grasp,
     surface: Surface,
     result: GaitResult,
     contact: ContactParameters,
@@ -72,7 +72,6 @@ def check_gait(
 
     Args:
         hand: The hand.
-        grasp: The grasp it started from.
         surface: The object's surface in the world.
         result: The gait.
         contact: Contact type and forces.
@@ -98,7 +97,7 @@ def check_gait(
         *_beyond("a joint is {:.3g} times as fast as it can", speeds.max(), 1.0 + 1e-6),
         *_beyond("forces miss {:.3g} times the weight", missing, _BALANCE_TOLERANCE),
         *_beyond("a contact's force is {:.3g} N outside its cone", -friction, _CONE_TOLERANCE_N),
-        *_overlaps(hand, grasp, surface, result),
+        *_overlaps(hand, surface, result, tips),
     ]
     whole = _turned_deg(reached, result)
     return GaitCheck(
@@ -253,7 +252,7 @@ def _forces(result: GaitResult, contact: ContactParameters, gravity: float) -> t
     return least, worst
 
 
-def _overlaps(hand: HandModel, grasp: Grasp, surface: Surface, result: GaitResult) -> list[str]:
+def _overlaps(hand: HandModel, surface: Surface, result: GaitResult, tips: FloatArray) -> list[str]:
     """Return what overlaps at samples of the gait, by Coal; tips on contacts may sink in as charts do."""
     times = result.history.times
     period = float(times[1] - times[0])
@@ -279,9 +278,18 @@ def _overlaps(hand: HandModel, grasp: Grasp, surface: Surface, result: GaitResul
         clauses = verify_posture(
             hand, posture, points, normals, ground_height_m=None, object_mesh=mesh, margins=margins
         )
-        touching = {hand.tip_links[f] for f in fingers}
+        near = [i for i in range(len(on)) if on[i] or _is_near_contact(result, tips, k, i)]
+        touching = {hand.tip_links[result.fingers[i]] for i in near}
         found += [c for c in clauses if not _is_contact(c, touching)]
     return found
+
+
+def _is_near_contact(result: GaitResult, tips: FloatArray, k: int, contact: int) -> bool:
+    """Tell whether a stepping tip has hardly left its contact, or is about to reach the next one."""
+    stands = np.flatnonzero(result.touching[:, contact])
+    after = int(np.searchsorted(stands, k))
+    ends = stands[max(after - 1, 0) : after + 1]
+    return bool(np.linalg.norm(tips[ends, contact] - tips[k, contact], axis=1).min() < _NEAR_M)
 
 
 def _is_contact(clause: str, touching: set[str]) -> bool:

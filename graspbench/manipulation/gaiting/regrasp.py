@@ -16,7 +16,7 @@ from graspbench.manipulation.gaiting.turning import Turning
 ChartAt = Callable[[FloatArray, FloatArray], Chart]
 """The chart around a point of the surface with its outward normal, object frame."""
 
-_MAX_TRIALS = 300
+_MAX_TRIALS = 200
 _TIP_GAP_M = 2e-3
 
 
@@ -101,10 +101,11 @@ class Regrasp:
             may_stay: Whether fingers may stay where they stand, if that will do.
             final: Whether no further round follows, for which some finger has to be free to step.
         """
-        places = [
-            self._places(stand, i, turned_deg, until_deg, may_stay=may_stay)
-            for i in range(len(self._fingers))
-        ]
+        everyone = range(len(self._fingers))
+        if not any(self._hold.without(stand.points, stand.normals, i) for i in everyone):
+            stays = may_stay and all(self._stays(stand, i, turned_deg, until_deg) for i in everyone)
+            return [] if stays else None
+        places = [self._places(stand, i, turned_deg, until_deg, may_stay=may_stay) for i in everyone]
         if not all(places):
             return None
         search = _Search(turned_deg, places, final)
@@ -116,12 +117,19 @@ class Regrasp:
         """Return where a finger may go, where it stands already among them if that will do."""
         finger = self._fingers[contact]
         start = stand.joints[self._hand.finger_joints(finger)]
-        here = Foothold(-1, stand.points[contact], stand.normals[contact], start, -np.inf)
         places = self._footholds.over(finger, start, first_deg, last_deg)
-        if may_stay and self._footholds.stays(finger, here, first_deg, last_deg):
-            # a step saved is worth a little
-            return [here, *places]
+        if may_stay and self._stays(stand, contact, first_deg, last_deg):
+            return [self._here(stand, contact), *places]
         return places
+
+    def _here(self, stand: Stand, contact: int) -> Foothold:
+        """Return where a finger stands; a step saved is worth a little, so it costs nothing."""
+        joints = stand.joints[self._hand.finger_joints(self._fingers[contact])]
+        return Foothold(-1, stand.points[contact], stand.normals[contact], joints, -np.inf)
+
+    def _stays(self, stand: Stand, contact: int, first_deg: float, last_deg: float) -> bool:
+        here = self._here(stand, contact)
+        return self._footholds.stays(self._fingers[contact], here, first_deg, last_deg)
 
     def _go_on(self, search: _Search, stand: Stand, waiting: frozenset[int]) -> list[Placement] | None:
         """Return the steps of the fingers that wait, none left out."""

@@ -101,6 +101,8 @@ class Moves:
         for _ in range(_ROUNDS):
             if abs(angle_deg) < _LEAST_DEG:
                 return None
+            # whole control periods: the last sample is the end of the turn
+            duration = float(np.ceil(duration / self._clik.step_s)) * self._clik.step_s
             share, done = self._follow(stance, angle_deg, duration)
             if done is None:
                 angle_deg, duration = _SHORTER * share * angle_deg, max(_SHORTER * share, 1e-3) * duration
