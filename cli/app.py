@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from graspbench.cli import (
+    arms,
     bench,
     config,
     evaluate,
@@ -53,6 +54,7 @@ app.command("manipulate", epilog=epilog("manipulate", manipulate.EXAMPLES))(mani
 app.command("config")(config.config)
 app.add_typer(objects.app, name="objects")
 app.add_typer(hands.app, name="hands")
+app.add_typer(arms.app, name="arms")
 app.add_typer(measures.app, name="measures")
 app.add_typer(logs.app, name="log")
 app.command("bench")(bench.bench)

@@ -1,7 +1,7 @@
 """``graspbench hands``: the hands there are, one of one's own, and what may be wrong with it."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -72,7 +72,7 @@ def add(
     as_json: Json = False,
 ) -> None:
     """Read a hand from a URDF or MJCF file: palm, fingers, tips and a posture are found, and can be given."""
-    from graspbench.cli.printing import out, print_json
+    from graspbench.cli.printing import out, print_described, print_json
     from graspbench.experiment import add_hand
     from graspbench.hand.importing.guesses import guesses_of
 
@@ -96,7 +96,7 @@ def add(
     if as_json:
         print_json(found)
         return
-    _print(found)
+    print_described(found)
     used = f"--config-dir {config_dir} hand={found['name']}"
     if len(found["used"]) == 2:  # two points with friction hold nothing: it turns about the line between
         used += " quality.contact=soft_finger"
@@ -115,7 +115,7 @@ def show(
     config_dir: ConfigDir = None,
 ) -> None:
     """Draw a hand open and closed, with its palm frame and fingertips."""
-    from graspbench.cli.printing import print_json
+    from graspbench.cli.printing import print_described, print_json
     from graspbench.cli.ticker import Saying
     from graspbench.experiment import show_hand
 
@@ -124,7 +124,7 @@ def show(
     if as_json:
         print_json(described)
     else:
-        _print(described)
+        print_described(described)
 
 
 @app.command()
@@ -155,16 +155,3 @@ def check(
         print_json({"schema": 1, "hand": name, "usable": usable, "rows": rows})
     if not usable:
         raise typer.Exit(1)
-
-
-def _print(described: dict[str, Any]) -> None:
-    from graspbench.cli.printing import out
-    from graspbench.report.tables import value_text
-
-    for key, value in described.items():
-        if isinstance(value, dict):
-            value = ", ".join(f"{name}: {each}" for name, each in value.items()) or "none"
-        elif isinstance(value, list):
-            value = ", ".join(str(each) for each in value) or "none"
-        text = value if isinstance(value, str) else value_text(value)
-        out.print(f"{key:17} {text}", highlight=False, markup=False, soft_wrap=True)

@@ -63,6 +63,19 @@ def print_rows(
     print_table(plain_table("rows", rows, title or "", columns or ()))
 
 
+def print_described(described: Mapping[str, Any]) -> None:
+    """Print what was found of one thing, a line a key."""
+    from graspbench.report.tables import value_text
+
+    for key, value in described.items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{name}: {each}" for name, each in value.items()) or "none"
+        elif isinstance(value, list):
+            value = ", ".join(str(each) for each in value) or "none"
+        text = value if isinstance(value, str) else value_text(value)
+        out.print(f"{key:17} {text}", highlight=False, markup=False, soft_wrap=True)
+
+
 def print_table(table: "Table") -> None:
     """Print a table: as wide as the terminal, or as it needs where there is none."""
     from graspbench.report.tables import to_terminal

@@ -26,6 +26,7 @@ from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.registry import Registry
 from graspbench.simulation import SceneParameters
+from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
 
 Tree = dict[str, Any]
@@ -39,6 +40,7 @@ SECTIONS: dict[str, type] = {
     "silhouette": SilhouetteParameters,
     "surface": SurfaceParameters,
     "hand": HandParameters,
+    "arm": ArmParameters,
     "planner": AnyPlannerParameters,
     "quality": QualityParameters,
     "search": SearchParameters,
@@ -61,6 +63,11 @@ PLUGGED: dict[str, tuple[Registry[Any], str | None]] = {
 
 # What a configuration may hold besides: where its values come from, and the grids of an experiment.
 NOT_SECTIONS = ("choice", "overridden", "experiment", "grids")
+
+# Options that have moved, and what to write instead.
+MOVED = {
+    "execution.mount": "leave it out for a hand that floats, or choose an arm with arm=NAME, say arm=kuka"
+}
 
 # A mapping whose keys the user chooses: the names of tasks.
 TASKS_KEY = "clik.tasks"
@@ -110,6 +117,16 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
         )
     return complete
+
+
+def refuse_moved(key: str) -> None:
+    """Say what to write instead of an option that has moved.
+
+    Raises:
+        ConfigurationError: The option has moved.
+    """
+    if key in MOVED:
+        raise ConfigurationError(f"the option '{key}' is now the group 'arm'", remedy=MOVED[key], key=key)
 
 
 def _mapping(content: Any, section: str) -> Tree:
@@ -209,6 +226,7 @@ def _merge(defaults: Tree, content: Mapping[str, Any], where: str) -> Tree:
     merged = dict(defaults)
     for key, value in content.items():
         if key not in defaults:
+            refuse_moved(f"{where}.{key}")
             raise ConfigurationError(
                 f"unknown option '{where}.{key}'", remedy=f"the options are {', '.join(defaults)}"
             )

@@ -36,6 +36,7 @@ from graspbench.planning.global_search import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
+from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
@@ -73,6 +74,7 @@ class TrialConfig:
     silhouette: SilhouetteParameters
     surface: SurfaceParameters
     hand: HandParameters
+    arm: ArmParameters
     index_name: str
     index: Any
     planner_name: str
@@ -92,7 +94,7 @@ class TrialConfig:
         # How files are read and written defines no trial either.
         identity["hand"] = {key: value for key, value in self.tree["hand"].items() if key != "formats"}
         tasks = self.tree["clik"]["tasks"] if "clik" in self.tree else {}
-        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks)
+        identity["files"] = file_digests(self.object, self.scene, self.hand, tasks, self.arm)
         text = json.dumps(identity, sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
@@ -291,7 +293,7 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     cost.check_cost(parts)
     _check_motion(parts["scene"], primary)
-    _check_exploring(parts["scene"], parts["execution"].touch)
+    _check_exploring(parts["scene"], parts["arm"], parts["execution"].touch)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
@@ -305,11 +307,12 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     }
 
 
-def _check_exploring(scene: SceneParameters, touch: TouchParameters) -> None:
-    """Refuse exploring grasps together with what moves the goal under them."""
+def _check_exploring(scene: SceneParameters, arm: ArmParameters, touch: TouchParameters) -> None:
+    """Refuse exploring grasps together with what moves the goal under them, or with an arm."""
     for key, used in (
         ("execution.touch.max_touches", touch.max_touches > 0),
         ("scene.motion", scene.motion != "none"),
+        ("an arm", arm.urdf is not None),
     ):
         if touch.max_grasps and used:
             raise ConfigurationError(

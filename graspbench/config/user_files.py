@@ -15,6 +15,7 @@ from graspbench.geometry.reading import companions
 from graspbench.hand import HandParameters
 from graspbench.hand.files import SCHEME, find_urdf
 from graspbench.simulation import SceneParameters
+from graspbench.simulation.arm_parameters import FLOATING, ArmParameters
 
 _MAX_FILES = 10_000
 _CHUNK_BYTES = 1 << 20
@@ -27,6 +28,7 @@ def file_digests(
     scene: SceneParameters,
     hand: HandParameters,
     tasks: Mapping[str, Mapping[str, Any]] | None = None,
+    arm: ArmParameters = FLOATING,
 ) -> dict[str, str]:
     """Digest every file that a trial would read besides the configuration and the package's own.
 
@@ -37,6 +39,7 @@ def file_digests(
         scene: The scene, which may be a folder of images, or have an image on the table.
         hand: The hand, which may be a URDF with meshes.
         tasks: Secondary tasks by name with their options; a ``file`` among these is read.
+        arm: The arm, which may be a URDF with meshes.
 
     Returns:
         SHA-256 sums by what the file is for.
@@ -46,7 +49,8 @@ def file_digests(
         for label, path in (
             *_object_files(item),
             *_scene_files(scene),
-            *_hand_files(hand),
+            *(_urdf_files("hand", hand) if hand.kind == "urdf" else ()),
+            *_urdf_files("arm", arm),
             *_task_files(tasks or {}),
         )
         if _is_file(path)
@@ -93,20 +97,19 @@ def _scene_files(scene: SceneParameters) -> Iterator[tuple[str, Path]]:
                 yield f"scene.images_dir:{path.relative_to(folder).as_posix()}", path
 
 
-def _hand_files(hand: HandParameters) -> Iterator[tuple[str, Path]]:
-    if hand.kind != "urdf":
-        return
+def _urdf_files(section: str, robot: HandParameters | ArmParameters) -> Iterator[tuple[str, Path]]:
+    """Yield the URDF of a hand or an arm, and the meshes that it names."""
     try:
-        urdf, folders = find_urdf(hand.urdf, hand.package_dirs, hand.name)
+        urdf, folders = find_urdf(robot.urdf, robot.package_dirs, robot.name)
         text = urdf.read_text(encoding="utf-8", errors="replace")
     except (GraspbenchError, OSError):
         return
-    yield "hand.urdf", urdf
+    yield f"{section}.urdf", urdf
     for name in sorted(set(_MESH_REFERENCE.findall(text))):
         relative = name.removeprefix(SCHEME).removeprefix("file://")
         for folder in (urdf.parent, *folders):
             if _is_file(folder / relative):
-                yield f"hand.urdf:{name}", folder / relative
+                yield f"{section}.urdf:{name}", folder / relative
                 break
 
 

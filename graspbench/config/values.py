@@ -9,7 +9,7 @@ from typing import Any
 from hydra.core.override_parser.types import Override
 
 from graspbench.config.overrides import parse_overrides
-from graspbench.config.schema import TASKS_KEY, complete_tasks
+from graspbench.config.schema import TASKS_KEY, complete_tasks, refuse_moved
 from graspbench.errors import ConfigurationError
 from graspbench.planning import INDICES
 
@@ -50,6 +50,7 @@ def set_value(tree: Tree, override: Override, groups: Mapping[str, Sequence[str]
     for parent in parents:
         node = node.get(parent) if isinstance(node, dict) else None
     if not isinstance(node, dict) or last not in node:
+        refuse_moved(path)
         _check_other_indices(tree, path, override)
         known = [key for key, _ in flatten(tree)] + list(groups)
         raise ConfigurationError(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         manipulation_config_from_tree,
     )
     from graspbench.evaluation.formats.format import describe_formats
+    from graspbench.experiment.arms import add_arm, describe_arms
     from graspbench.experiment.catalogue import describe_hands, describe_objects
     from graspbench.experiment.evaluated_results import evaluate_results
     from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, evaluate_file, evaluate_records
@@ -49,11 +50,13 @@ _HOMES = {
     "TrialConfig": "config.trial_config",
     "TrialResult": "results.trial_result",
     "Watch": "trial.clock",
+    "add_arm": "experiment.arms",
     "add_hand": "experiment.hands",
     "check_hand": "experiment.hand_check",
     "check_object": "experiment.objects",
     "compose_tree": "config.compose",
     "config_from_tree": "config.trial_config",
+    "describe_arms": "experiment.arms",
     "describe_column": "results.columns",
     "describe_formats": "evaluation.formats.format",
     "describe_hands": "experiment.catalogue",
@@ -95,11 +98,13 @@ __all__ = [
     "TrialConfig",
     "TrialResult",
     "Watch",
+    "add_arm",
     "add_hand",
     "check_hand",
     "check_object",
     "compose_tree",
     "config_from_tree",
+    "describe_arms",
     "describe_column",
     "describe_formats",
     "describe_hands",

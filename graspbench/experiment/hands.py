@@ -32,8 +32,8 @@ def add_hand(file: Path | str, name: str | None, guesses: Guesses, config_dir: P
     from graspbench.report.hand_picture import draw_hand  # loads Matplotlib
 
     source, _ = find_urdf(str(file), guesses.package_dirs, name or Path(file).stem)
-    name = name or _plain(source.stem)
-    if name != _plain(name):
+    name = name or plain_name(source.stem)
+    if name != plain_name(name):
         raise HandError(f"'{name}' is no name for a hand", remedy="use letters, digits and '_' (--name)")
     folder = config_dir.expanduser().resolve() / "hand"
     if _is_mjcf(source):
@@ -100,7 +100,8 @@ def _is_mjcf(path: Path) -> bool:
     return b"<mujoco" in start and b"<robot" not in start
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
+    """Return a name as it may stand in a configuration: letters, digits and underscores."""
     return (
         "".join(letter if letter.isalnum() and letter.isascii() else "_" for letter in name).strip("_")
         or "hand"

@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.metadata
+import importlib.util
 import os
 import tempfile
 from functools import lru_cache
@@ -99,14 +100,23 @@ def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
 
 @lru_cache
 def _installed_share(relative: str) -> Path | None:
-    """Return the folder that holds ``PACKAGE/PATH`` among the files of the distribution PACKAGE."""
+    """Return the folder that holds ``PACKAGE/PATH``: PACKAGE is a distribution, or a package of Python."""
     package = relative.split("/", 1)[0]
     try:
         files = importlib.metadata.files(package) or []
     except importlib.metadata.PackageNotFoundError:
-        return None
+        files = []
     for file in files:
         if str(file).endswith("/" + relative):
             located = Path(str(file.locate())).resolve()
             return located.parents[len(Path(relative).parts) - 1]
-    return None
+    return _python_package_parent(package)
+
+
+def _python_package_parent(package: str) -> Path | None:
+    try:
+        found = importlib.util.find_spec(package) if package.isidentifier() else None
+    except (ImportError, ValueError):
+        return None
+    places = None if found is None else found.submodule_search_locations
+    return Path(next(iter(places))).resolve().parent if places else None

@@ -24,10 +24,6 @@ class ExecutionParameters:
             description="Last phase: off; contact; hold (squeeze, lift, hold, wrist rotation); pushes; shakes"
         ),
     ] = "hold"
-    mount: Annotated[
-        Literal["floating", "kuka"],
-        Field(description="What carries the hand: a floating wrist, or the flange of a KUKA LBR iiwa 14"),
-    ] = "floating"
     control: Annotated[
         ControlName,
         Field(

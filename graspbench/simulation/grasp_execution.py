@@ -9,10 +9,12 @@ from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.simulation.approach import Approach
+from graspbench.simulation.arm_parameters import FLOATING
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import ExecutionResult, PhaseOutcome, StepOutcome
 from graspbench.simulation.exploration import Exploration, Explorer, FeltParts
 from graspbench.simulation.grip import Grip
+from graspbench.simulation.mounts.choice import Carrier
 from graspbench.simulation.ride import Ride
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
 from graspbench.simulation.step_response import step_outcomes
@@ -32,6 +34,7 @@ def execute_grasp(
     friction: TipFriction,
     ride: Ride | None = None,
     felt: FeltParts | None = None,
+    carrier: Carrier = FLOATING,
 ) -> ExecutionResult:
     """Execute a planned grasp on the object in the world.
 
@@ -48,12 +51,13 @@ def execute_grasp(
         friction: Between fingertips and object.
         ride: How the object moves, as far as the hand knows; None for one at rest.
         felt: What exploring touches need, if any are to be made.
+        carrier: What carries the hand.
 
     Raises:
-        SimulationError: The simulation diverged.
+        SimulationError: The simulation diverged, or the arm can do what is asked from no place.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, path, parameters, friction, ride=ride)
+    stage = Stage(world, hand, path, parameters, friction, ride=ride, carrier=carrier)
     start = stage.object_pose()
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)

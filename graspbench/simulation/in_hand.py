@@ -8,9 +8,11 @@ from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
 from graspbench.simulation.approach import Approach
+from graspbench.simulation.arm_parameters import FLOATING
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import Motion, PhaseOutcome
 from graspbench.simulation.grip import Grip
+from graspbench.simulation.mounts.choice import Carrier
 from graspbench.simulation.phases import plan_lift
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
 from graspbench.simulation.tip_friction import TipFriction
@@ -79,6 +81,7 @@ def play_in_hand(
     path: InHandPath,
     parameters: ExecutionParameters,
     friction: TipFriction,
+    carrier: Carrier = FLOATING,
 ) -> InHandResult:
     """Grasp and lift the object, then play the joint path under grip force.
 
@@ -92,12 +95,13 @@ def play_in_hand(
         path: What to do with the object.
         parameters: How to execute.
         friction: Between fingertips and object.
+        carrier: What carries the hand.
 
     Raises:
-        SimulationError: The simulation diverged.
+        SimulationError: The simulation diverged, or the arm can do what is asked from no place.
         HandError: PyBullet cannot load the hand.
     """
-    stage = Stage(world, hand, approach_path, parameters, friction, plan_lift)
+    stage = Stage(world, hand, approach_path, parameters, friction, plan_lift, carrier=carrier)
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))
     approach = Approach(stage, grasp, fingers)
     approach.follow(approach_path)

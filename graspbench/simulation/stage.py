@@ -8,10 +8,11 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
+from graspbench.simulation.arm_parameters import FLOATING
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import Motion
-from graspbench.simulation.mounts.choice import make_mount
+from graspbench.simulation.mounts.choice import Carrier, make_mount
 from graspbench.simulation.mounts.mount import PalmTask
 from graspbench.simulation.phases import PhasePlan, PhasePlanner, palm_task, plan_phases
 from graspbench.simulation.ride import Ride
@@ -59,6 +60,7 @@ class Stage:
         plan: What follows the contact; the mount is placed so that it can do all of it.
         ride: How the object moves, as far as the hand knows; None for one at rest. Poses are planned where
             the object was at the ride's reference, and carried along when they are driven.
+        carrier: What carries the hand.
 
     Attributes:
         steps: Time steps gone by.
@@ -74,6 +76,7 @@ class Stage:
         friction: TipFriction,
         plan: PhasePlanner = plan_phases,
         ride: Ride | None = None,
+        carrier: Carrier = FLOATING,
     ) -> None:
         self._ride, self._correction = ride, _NO_CORRECTION
         self.world, self.model, self.parameters, self.friction = world, hand, parameters, friction
@@ -91,7 +94,7 @@ class Stage:
         )
         if ride is not None:
             task = _carried_task(task, ride, float(path.times[-1]), parameters)
-        mount = make_mount(parameters.mount, hand, task)
+        mount = make_mount(carrier, hand, task)
         self._iterations = max(parameters.solver_iterations, mount.solver_iterations)
         self._set_steps(1, self._iterations)
         self.hand = SimulatedHand(world, hand, mount, path.joints[0], friction)

@@ -135,7 +135,14 @@ def _play(
     friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m, pad)
     with clock.stage("execution"):
         return play_in_hand(
-            trial.scene.world, trial.hand, trial.plan.grasp, approach, path, config.execution, friction
+            trial.scene.world,
+            trial.hand,
+            trial.plan.grasp,
+            approach,
+            path,
+            config.execution,
+            friction,
+            config.arm,
         )
 
 

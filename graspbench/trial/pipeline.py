@@ -17,7 +17,6 @@ from graspbench.planning import (
     Plan,
     PlannerParameters,
     RefinedGrasp,
-    clear_approach,
     make_index,
     plan_global,
     plan_restarted,
@@ -47,6 +46,7 @@ from graspbench.trial.outcome import (
     strengthened_result,
 )
 from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.reaching import Way, way_to_grasp
 from graspbench.trial.strengthening import strengthened
 
 
@@ -77,20 +77,11 @@ def run_grasp(
         if trial.scene is not None:
             shift_unseen(trial.scene.world, config.scene, config.seed)
         trial = explored(config, trial, best, clock)
-        paths, motion = clock.run(
-            "paths",
-            partial(
-                clear_approach,
-                trial.executed.history,
-                trial.surfaces[-1],
-                trial.hand,
-                config.planner,
-                trial.checker.ground_height_m,
-            ),
-        )
+        way = way_to_grasp(config, trial, clock)
+        trial = way.trial
         with clock.stage("record"):
-            _record_paths(log, trial, best, paths, motion)
-        execution = _execute(config, trial, motion, clock)
+            _record_paths(log, trial, best, way.paths, way.motion)
+        execution = _execute(config, way, clock)
 
     result = clock.run(
         "figures_of_merit", partial(_result, config, started, trial, restarted, best, refined, execution)
@@ -112,7 +103,7 @@ def run_grasp(
                 folder,
                 config.index_name,
                 trial,
-                paths,
+                way.paths,
                 execution,
                 for_print=wanted.print,
                 titles=wanted.titles,
@@ -215,9 +206,8 @@ def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: Local
     return centre_tolerance_m(config, _known(trial.plan, restarted))
 
 
-def _execute(
-    config: TrialConfig, trial: PlannedTrial, motion: JointPath, clock: StageClock
-) -> ExecutionResult | None:
+def _execute(config: TrialConfig, way: Way, clock: StageClock) -> ExecutionResult | None:
+    trial, motion = way.trial, way.motion
     if trial.scene is None or config.execution.until == "off":
         return None
     with clock.stage("execution"):
@@ -232,6 +222,7 @@ def _execute(
             friction,
             ride,
             FeltParts(trial.surfaces[-1], motion.closing),
+            way.carrier,
         )
 
 

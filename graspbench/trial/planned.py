@@ -28,6 +28,7 @@ from graspbench.planning import (
     plan_with,
 )
 from graspbench.reconstruction import Surface, reconstruct
+from graspbench.simulation.mounts.arm_file import read_arm
 from graspbench.trial.clock import StageClock
 from graspbench.trial.moving import FollowedObject, follow_object
 
@@ -128,6 +129,8 @@ def planned_trial(
     with clock.stage("hand"):
         hand = load_hand(config.hand)
         checker = GraspChecker(hand, 0.0 if config.surface.ground else None)
+        if config.arm.urdf is not None:
+            read_arm(config.arm)  # refused before anything is planned
     with ExitStack() as stack:
         followed, scene, silhouettes = None, None, None
         if config.scene.source == "images":

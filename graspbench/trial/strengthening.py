@@ -50,6 +50,7 @@ class Strengthened:
         quality: Its Q1, Q2 and Q3.
         for_weight: Whether it was planned again, because the first grasp was too weak for the object.
         climbed: Whether it climbed Q3.
+        for_arm: Whether it was taken because the arm reaches the planned grasp from no place.
     """
 
     grasp: Grasp
@@ -57,6 +58,7 @@ class Strengthened:
     quality: GraspQuality
     for_weight: bool
     climbed: bool
+    for_arm: bool = False
 
 
 def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> PlannedTrial:
@@ -85,6 +87,18 @@ def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
     measured = quality_of(surface, grasp.vertices, quality, length_m)
     instead = Strengthened(grasp, history, measured, plan is not trial.plan, grasp is not plan.grasp)
     return replace(trial, strengthened=instead)
+
+
+def carries_object(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
+    """Tell whether a grasp of the planner's carries the object, with the margin of one that is looked for."""
+    safety = config.execution.payload_safety
+    if safety == 0.0 or config.execution.until in ("off", "contact"):
+        return True
+    assert trial.scene is not None
+    weight_n = trial.scene.model.mass_kg * config.scene.gravity
+    assert grasp.posture is not None
+    wanted_n = MARGIN * safety * weight_n
+    return _Load(config, trial).carried(grasp.posture, grasp.points, grasp.normals, wanted_n)
 
 
 def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> tuple[Plan, HandConstraint]:

@@ -45,7 +45,9 @@ class Structure:
     wrist: tuple[str, ...]
 
 
-class _Tree:
+class LinkTree:
+    """The links of a URDF as a tree, refused where they are none; ``hand`` is the name for messages."""
+
     def __init__(self, robot: ElementTree.Element, hand: str) -> None:
         self.links = [link.get("name", "") for link in robot.findall("link")]
         self.joints = [joint.get("name", "") for joint in robot.findall("joint")]
@@ -120,7 +122,7 @@ def find_structure(
     Raises:
         HandError: The file is no tree, or has fewer than two fingers.
     """
-    tree = _Tree(robot, hand)
+    tree = LinkTree(robot, hand)
     if palm is not None and palm not in tree.children:
         raise HandError(
             f"hand '{hand}' has no link '{palm}'",
@@ -175,7 +177,7 @@ def find_structure(
     return Structure(palm, fingers, shared, wrist)
 
 
-def _tip_frame(tree: _Tree, link: str) -> str | None:
+def _tip_frame(tree: LinkTree, link: str) -> str | None:
     bare = [name for name in tree.below(link)[1:] if name not in tree.shaped and not tree.children[name]]
     named = [name for name in bare if re.search("tip|head|end", name, re.IGNORECASE)]
     return named[0] if named else None

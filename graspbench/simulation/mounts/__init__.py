@@ -1,1 +1,1 @@
-"""What can carry a hand: one module a mount, chosen by name in `choice`."""
+"""What can carry a hand: a floating wrist, or an arm read from a URDF; chosen in `choice`."""

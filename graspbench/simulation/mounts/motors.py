@@ -15,15 +15,16 @@ class MountMotors:
 
     Args:
         names: The joints' names in the URDF.
-        force: Largest force or torque of each, N or N m.
+        forces: Largest force or torque of each, shape (n,), N or N m; or one number for all.
         start: First joint positions, shape (n,).
 
     Attributes:
         goal: Joint positions last asked for, shape (n,).
     """
 
-    def __init__(self, names: Sequence[str], force: float, start: FloatArray) -> None:
-        self._names, self._force = tuple(names), force
+    def __init__(self, names: Sequence[str], forces: FloatArray | float, start: FloatArray) -> None:
+        self._names = tuple(names)
+        self._forces = np.broadcast_to(forces, len(self._names)).tolist()
         self.goal = start
         self._client, self._body = -1, -1
         self._joint_ids: list[int] = []
@@ -46,7 +47,7 @@ class MountMotors:
             pybullet.POSITION_CONTROL,
             targetPositions=goal.tolist(),
             targetVelocities=speed.tolist(),
-            forces=[self._force] * n,
+            forces=self._forces,
             positionGains=[POSITION_GAIN] * n,
             velocityGains=[1.0] * n,
             physicsClientId=self._client,

@@ -1,4 +1,4 @@
-"""The hand on the flange of a KUKA LBR iiwa that stands beside the object."""
+"""The hand on the flange of an arm that stands beside the object."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.errors import SimulationError
 from graspbench.hand.model import HandModel
-from graspbench.simulation.mounts.kuka_arm import ARM_JOINTS, WRIST_LINK, ArmModel, arm_urdf, brackets
-from graspbench.simulation.mounts.kuka_placement import Placement, place_arm
+from graspbench.simulation.arm_parameters import ArmParameters
+from graspbench.simulation.mounts.arm_model import ArmModel, carrying_arms
+from graspbench.simulation.mounts.arm_placement import Placement, place_arm
 from graspbench.simulation.mounts.motors import MountMotors
 from graspbench.simulation.mounts.mount import PalmTask
 from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link, roll_pitch_yaw
 
-_MAX_TORQUE_NM = 300.0
 _LOST_M = 0.002
 
 
-class KukaMount:
-    """An arm of seven joints under position control; the palm's goals become joints by inverse kinematics.
+class ArmMount:
+    """An arm under position control; the palm's goals become joints by inverse kinematics.
 
     The arm and the hand are one body of PyBullet. The motors are constraints of the solver within the torque
     limits of the arm's description: they carry the weight without a lag.
@@ -35,19 +35,21 @@ class KukaMount:
     def __init__(self, hand: HandModel, placement: Placement) -> None:
         self._hand, self._arm, self.placement = hand, placement.arm, placement
         self._world_to_base = np.linalg.inv(placement.transform_base_to_world)
-        self._motors = MountMotors(ARM_JOINTS, _MAX_TORQUE_NM, placement.joints)
+        self._motors = MountMotors(
+            placement.arm.arm.joints, placement.arm.arm.effort_limits, placement.joints
+        )
         self._wanted = np.full((4, 4), np.nan)
         self._still = False
 
     @classmethod
-    def for_task(cls, hand: HandModel, task: PalmTask) -> Self:
+    def for_task(cls, arm: ArmParameters, hand: HandModel, task: PalmTask) -> Self:
         """Return an arm that stands where it can do a task, at its start.
 
         Raises:
+            HandError: The arm cannot be read.
             SimulationError: It can do the task from no place beside the object.
         """
-        arms = [ArmModel(hand, bracket) for bracket in brackets(task.grasping)]
-        return cls(hand, place_arm(arms, task))
+        return cls(hand, place_arm(carrying_arms(arm, hand, task.grasping), task))
 
     @property
     def base_to_world(self) -> FloatArray:
@@ -66,7 +68,7 @@ class KukaMount:
 
     def urdf(self) -> str:
         """Return the URDF of arm and hand in one."""
-        return arm_with_hand(self._hand, self._arm.transform_root_to_wrist)
+        return arm_with_hand(self._hand, self._arm)
 
     def attach(self, client: int, body: int, joint_ids: Mapping[str, int]) -> None:
         """Take over the arm's joints of a loaded body, and put them at the start."""
@@ -106,34 +108,26 @@ class KukaMount:
             what = "the palm's goal is out of the arm's reach"
         else:
             return
-        raise SimulationError(what, remedy="move slower or less far, or choose execution.mount=floating")
+        raise SimulationError(what, remedy="move slower or less far, or choose arm=floating")
 
 
-def arm_with_hand(hand: HandModel, transform_root_to_wrist: FloatArray) -> str:
-    """Return one URDF of the arm with the hand's root link fixed to its last link.
+def arm_with_hand(hand: HandModel, arm: ArmModel) -> str:
+    """Return one URDF of the arm with the hand's root link fixed to the link that carries it.
 
-    Mesh files become absolute paths, so the text may be stored anywhere; what is only seen is left out.
+    Mesh files are absolute paths, so the text may be stored anywhere; what is only seen is left out.
 
     Args:
         hand: The hand.
-        transform_root_to_wrist: Pose of the hand's root link in the last link of the arm, shape (4, 4).
+        arm: The arm, with the hand bolted on.
     """
-    path = arm_urdf()
-    robot = ElementTree.parse(path).getroot()
-    for link in robot.findall("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)
-    for mesh in robot.iter("mesh"):
-        mesh.set("filename", str(path.parent / mesh.get("filename", "")))
+    robot = ElementTree.fromstring(arm.arm.urdf)
     whole = ElementTree.Element("robot", name="arm_with_hand")
     # PyBullet places a body by its base link's centre of mass: let that be where the link is.
     whole.append(light_link("arm_base"))
-    whole.append(
-        fixed_joint("arm_on_base", "arm_base", robot.findall("link")[0].get("name", ""), (0, 0, 0), (0, 0, 0))
-    )
-    whole.extend(part for part in robot if part.tag in ("link", "joint"))
+    whole.append(fixed_joint("arm_on_base", "arm_base", arm.arm.root, (0, 0, 0), (0, 0, 0)))
+    whole.extend(robot)
     hand_tree, root = hand_robot(hand)
-    pose = transform_root_to_wrist
-    whole.append(fixed_joint("hand_on_arm", WRIST_LINK, root, pose[:3, 3], roll_pitch_yaw(pose[:3, :3])))
+    pose = arm.transform_root_to_tip
+    whole.append(fixed_joint("hand_on_arm", arm.arm.tip, root, pose[:3, 3], roll_pitch_yaw(pose[:3, :3])))
     whole.extend(hand_tree)
     return ElementTree.tostring(whole, encoding="unicode")
