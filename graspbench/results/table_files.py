@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from graspbench.results.spreadsheet import inert
 
@@ -68,7 +69,7 @@ def _array(cells: list[Any], kind: type) -> "pa.Array":
         return pa.Array.from_buffers(
             pa.large_string(), len(cells), [pa.py_buffer(part) for part in (valid, ends, b"".join(texts))]
         )
-    filled = np.array([0 if cell is None else cell for cell in cells], dtype=kind)
+    filled: npt.NDArray[Any] = np.array([0 if cell is None else cell for cell in cells], dtype=kind)
     data = np.packbits(filled, bitorder="little") if kind is bool else filled
     types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
     return pa.Array.from_buffers(types[kind], len(cells), [pa.py_buffer(valid), pa.py_buffer(data)])
