@@ -119,6 +119,14 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
     return complete
 
 
+def renewed(tree: Mapping[str, Any]) -> Tree:
+    """Return a stored tree as it would be stored now: what has moved is left out where it chose nothing."""
+    execution = tree.get("execution")
+    if not isinstance(execution, Mapping) or execution.get("mount") != "floating":
+        return dict(tree)
+    return {**tree, "execution": {key: value for key, value in execution.items() if key != "mount"}}
+
+
 def refuse_moved(key: str) -> None:
     """Say what to write instead of an option that has moved.
 

@@ -20,6 +20,7 @@ from graspbench.config.schema import (
     Primary,
     complete_with_defaults,
     follow,
+    renewed,
     section_names,
     validate_section,
 )
@@ -259,7 +260,7 @@ def load_stored_config(path: Path, overrides: Sequence[str] = ()) -> TrialConfig
     check_plain(tree, "the configuration")
     in_hand = any(section in tree for section in MANIPULATION_SECTIONS)
     origin = {key: tree[key] for key in ("choice", "overridden") if key in tree}
-    values = {str(key): value for key, value in tree.items() if key not in NOT_SECTIONS}
+    values = renewed({str(key): value for key, value in tree.items() if key not in NOT_SECTIONS})
     if overrides:
         changed = set_values(complete_with_defaults(values, "manipulate" if in_hand else "config"), overrides)
         values = {**changed}

@@ -4,9 +4,15 @@ import csv
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
 
 from graspbench.results.spreadsheet import inert
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Rows = Sequence[Mapping[str, Any]]
 """One row a trial, by column; what is missing, None or NaN is an empty cell."""
@@ -33,14 +39,13 @@ def parquet_bytes(columns: Sequence[str], rows: Rows, is_switch: Callable[[str],
     import pyarrow as pa  # here: these too take a while to load
     import pyarrow.parquet as pq
 
-    types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
     arrays, described = [], []
     for name in columns:
         cells = _alike(_column(name, rows))
         kind = next((type(cell) for cell in cells if cell is not None), bool if is_switch(name) else str)
         if kind is int and any(cell is not None and not -(2**63) <= cell < 2**63 for cell in cells):
             kind, cells = str, [None if cell is None else str(cell) for cell in cells]
-        arrays.append(pa.array(cells, type=types[kind]))
+        arrays.append(_array(cells, kind))
         described.append(_described(name, kind))
     # What pandas reads to give columns with missing values their types back.
     note = {"index_columns": [], "column_indexes": [], "columns": described, "pandas_version": "2.0.0"}
@@ -51,6 +56,23 @@ def parquet_bytes(columns: Sequence[str], rows: Rows, is_switch: Callable[[str],
     sink = io.BytesIO()
     pq.write_table(pa.Table.from_arrays(arrays, schema=schema), sink)
     return sink.getvalue()
+
+
+def _array(cells: list[Any], kind: type) -> "pa.Array":
+    """Return a column as Arrow keeps it; Arrow's own conversion of a list would load pandas to ask it."""
+    import pyarrow as pa
+
+    valid = np.packbits(np.array([cell is not None for cell in cells], dtype=bool), bitorder="little")
+    if kind is str:
+        texts = [b"" if cell is None else cell.encode() for cell in cells]
+        ends = np.cumsum([0, *map(len, texts)], dtype=np.int64)
+        return pa.Array.from_buffers(
+            pa.large_string(), len(cells), [pa.py_buffer(part) for part in (valid, ends, b"".join(texts))]
+        )
+    filled: npt.NDArray[Any] = np.array([0 if cell is None else cell for cell in cells], dtype=kind)
+    data = np.packbits(filled, bitorder="little") if kind is bool else filled
+    types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
+    return pa.Array.from_buffers(types[kind], len(cells), [pa.py_buffer(valid), pa.py_buffer(data)])
 
 
 def _column(name: str, rows: Rows) -> list[Any]:

@@ -356,10 +356,10 @@ class SimulatedHand:
 
         What a description states as damping is applied from one step to the next, which no light link stands.
         """
+        # Two calls: told both at once, pybullet forgets the damping.
         for link in range(pybullet.getNumJoints(self.body, physicsClientId=self._client)):
-            pybullet.changeDynamics(
-                self.body, link, jointDamping=0.0, maxJointVelocity=_JOINT_SPEED, physicsClientId=self._client
-            )
+            pybullet.changeDynamics(self.body, link, jointDamping=0.0, physicsClientId=self._client)
+        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_JOINT_SPEED, physicsClientId=self._client)
 
 
 def spinning_friction(torsional_m: float, own_lateral: float, object_lateral: float) -> float:

@@ -2,9 +2,9 @@
 
 from importlib import import_module
 
-from graspbench.garbage import collect_rarely, keep_what_is_loaded
+from graspbench.loading import keep_what_is_loaded, load_quickly
 
-collect_rarely()
+load_quickly()
 import_module("graspbench.sweep.worker")
 import_module("graspbench.trial.pipeline")
 keep_what_is_loaded()

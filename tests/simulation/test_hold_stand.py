@@ -54,8 +54,8 @@ def test_a_finger_that_takes_no_part_stays_where_it_is():
         physics = stand._physics
         away = np.eye(4)
         away[0, 3] = 1.0
-        physics.put(np.eye(4), hand.rest, away)
-        for _ in range(50):
+        physics.put(np.eye(4), hand.rest + 0.05, away)
+        for _ in range(150):
             physics.step(np.eye(4), hand.rest)
         joints, speeds = physics.fingers.state()
     assert np.abs(speeds).max() < 0.1

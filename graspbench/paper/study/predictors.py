@@ -3,6 +3,7 @@
 import numpy as np
 
 from graspbench.grasp.configuration import Grasp
+from graspbench.grasp.internal_forces import friction_reserve
 from graspbench.grasp.measure import MEASURES, evaluate_measures
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.model import HandModel
@@ -10,7 +11,7 @@ from graspbench.planning.parameters import RobustParameters
 from graspbench.planning.robustness import Robustness
 from graspbench.reconstruction.surface import Surface
 
-ROBUST = ("expected_q3", "fifth_percentile_q3", "closure_share")
+ROBUST = ("expected_q3", "fifth_percentile_q3", "closure_share", "friction_reserve")
 POSTURE = ("joint_margin", "smallest_singular_value", "clearance", "manipulability", "force_reach")
 
 SMALLER_IS_BETTER = ("polygon_irregularity", "centre_distance")
@@ -44,6 +45,8 @@ def predictors(
     found["expected_q3"] = float(errors.mean())
     found["fifth_percentile_q3"] = float(np.quantile(errors, 0.05))
     found["closure_share"] = float(np.mean(errors > 0.0))
+    arms = grasp.points - surface.centroid
+    found["friction_reserve"] = friction_reserve(arms, -grasp.normals, quality.friction)
     posture = grasp.posture
     assert posture is not None, "a grasp of the study has a posture"
     fingers = list(posture.fingers)

@@ -1,15 +1,16 @@
-"""How often Python looks for cyclic garbage."""
+"""How often Python looks for cyclic garbage while libraries are loaded."""
 
 import gc
 
-_THRESHOLDS = 100_000, 20, 100
+_THRESHOLDS, _USUAL = (100_000, 20, 100), gc.get_threshold()
 """Objects more than freed ones until the youngest are looked through, and how many looks until older ones."""
 
 
-def collect_rarely() -> None:
-    """Look for cyclic garbage rarely: loading the libraries makes a million objects that all stay.
+def load_quickly() -> None:
+    """Look for cyclic garbage rarely from now on.
 
-    With Python's own thresholds every fifth second of loading goes into looking through them.
+    Loading makes a million objects that all stay: with Python's own thresholds a fifth of it goes into
+    looking through them.
     """
     gc.set_threshold(*_THRESHOLDS)
 
@@ -18,6 +19,3 @@ def keep_what_is_loaded() -> None:
     """Look for garbage as usual again, and never at what is there now: before this process forks others."""
     gc.set_threshold(*_USUAL)
     gc.freeze()
-
-
-_USUAL = gc.get_threshold()
