@@ -52,7 +52,7 @@ SECTIONS: dict[str, type] = {
 MANIPULATION_SECTIONS = {
     "clik": ("graspbench.manipulation.clik", "ClikParameters"),
     "motion": ("graspbench.manipulation.motion", "MotionParameters"),
-    "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
+    "contact": ("graspbench.manipulation.contact_parameters", "ContactParameters"),
 }
 
 # Sections that take the parameters of the plug-in they name, each with the name where none is given.
@@ -117,6 +117,14 @@ def complete_with_defaults(tree: Mapping[str, Any], primary: Primary = "config")
             f"unknown configuration section '{unknown[0]}'", remedy=f"the sections are {', '.join(complete)}"
         )
     return complete
+
+
+def renewed(tree: Mapping[str, Any]) -> Tree:
+    """Return a stored tree as it would be stored now: what has moved is left out where it chose nothing."""
+    execution = tree.get("execution")
+    if not isinstance(execution, Mapping) or execution.get("mount") != "floating":
+        return dict(tree)
+    return {**tree, "execution": {key: value for key, value in execution.items() if key != "mount"}}
 
 
 def refuse_moved(key: str) -> None:

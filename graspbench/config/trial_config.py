@@ -20,6 +20,7 @@ from graspbench.config.schema import (
     Primary,
     complete_with_defaults,
     follow,
+    renewed,
     section_names,
     validate_section,
 )
@@ -40,6 +41,9 @@ from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
+
+GAITING = ("rolling", "hard", "soft")
+"""Contacts on which fingers can gait."""
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
@@ -259,7 +263,7 @@ def load_stored_config(path: Path, overrides: Sequence[str] = ()) -> TrialConfig
     check_plain(tree, "the configuration")
     in_hand = any(section in tree for section in MANIPULATION_SECTIONS)
     origin = {key: tree[key] for key in ("choice", "overridden") if key in tree}
-    values = {str(key): value for key, value in tree.items() if key not in NOT_SECTIONS}
+    values = renewed({str(key): value for key, value in tree.items() if key not in NOT_SECTIONS})
     if overrides:
         changed = set_values(complete_with_defaults(values, "manipulate" if in_hand else "config"), overrides)
         values = {**changed}
@@ -349,6 +353,25 @@ def _check_motion(scene: SceneParameters, primary: Primary) -> None:
     )
 
 
+def _check_gait(config: ManipulationConfig) -> None:
+    """Refuse a gait of fingers or on contacts that can never do it."""
+    if config.motion.gait.angle_deg == 0.0:
+        return
+    if config.contact.kind not in GAITING:
+        raise ConfigurationError(
+            f"fingers do not gait on contacts of kind '{config.contact.kind}'",
+            remedy=f"set contact to one of {', '.join(GAITING)}",
+        )
+    if config.hand.fingers < 3:
+        raise ConfigurationError(
+            "two fingers cannot gait: one alone does not hold the object", remedy="set hand.fingers=4"
+        )
+    if config.execution.until != "off":
+        raise ConfigurationError(
+            "a motion by finger gaiting is not played in physics", remedy="set execution=off"
+        )
+
+
 def _check_manipulation(config: ManipulationConfig) -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
     fingers = config.hand.fingers
@@ -361,6 +384,7 @@ def _check_manipulation(config: ManipulationConfig) -> None:
                     f"clik.tasks.{name}.{key} = {value} names a finger that {fingers} fingers do not have",
                     remedy=f"count from 0 to {fingers - 1}",
                 )
+    _check_gait(config)
     if config.clik.step_s > 0.1 * config.motion.duration_s:
         raise ConfigurationError(
             f"clik.step_s = {config.clik.step_s:g} is too long for {config.motion.duration_s:g} s of motion",

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.config.schema import renewed
 from graspbench.config.trial_config import TrialConfig, config_from_tree
 from graspbench.errors import InputError
 from graspbench.evaluation.formats.format import FORMATS, FormatContext, write_grasps
@@ -96,7 +97,7 @@ def grasp_sets(
         grasps = list(_grasps(result, which))
         if result.status != "done" or not grasps or not _is_simulated(result):
             continue
-        config = config_from_tree(result.config)
+        config = config_from_tree(renewed(result.config))
         key = repr(config.hand), repr(config.object)
         place = key[1], repr(config.scene), config.seed
         if result.moving is not None:

@@ -20,6 +20,7 @@ from graspbench.results.grasp_results import (
 )
 from graspbench.results.physical_results import (
     ExecutedResult,
+    GaitFigures,
     ManipulationSummary,
     MovingResult,
     PlayedResult,
@@ -170,6 +171,9 @@ class TrialResult(Part):
     execution: Annotated[ExecutedResult | None, About("The execution in physics", empty=_NOT_EXECUTED)] = None
     manipulation: Annotated[
         ManipulationSummary | None, About("The in-hand motion", empty="not an in-hand motion")
+    ] = None
+    gait: Annotated[
+        GaitFigures | None, About("The check of a motion by finger gaiting", empty="not by finger gaiting")
     ] = None
     in_hand: Annotated[PlayedResult | None, About("The in-hand motion in physics", empty=_NOT_EXECUTED)] = (
         None

@@ -57,8 +57,7 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
         self._set_friction(friction)
-        # One link stands for all: the limit is the body's.
-        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_JOINT_SPEED, physicsClientId=self._client)
+        self._lift_limits()
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
@@ -349,9 +348,18 @@ class SimulatedHand:
                 spinningFriction=spinning,
                 rollingFriction=0.0,
                 restitution=0.0,
-                jointDamping=0.0,
                 physicsClientId=self._client,
             )
+
+    def _lift_limits(self) -> None:
+        """Free all joints, also of fingers that take no part, of what the physics does to them by itself.
+
+        What a description states as damping is applied from one step to the next, which no light link stands.
+        """
+        # Two calls: told both at once, pybullet forgets the damping.
+        for link in range(pybullet.getNumJoints(self.body, physicsClientId=self._client)):
+            pybullet.changeDynamics(self.body, link, jointDamping=0.0, physicsClientId=self._client)
+        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_JOINT_SPEED, physicsClientId=self._client)
 
 
 def spinning_friction(torsional_m: float, own_lateral: float, object_lateral: float) -> float:

@@ -3,6 +3,7 @@
 import os
 
 import pytest
+import yaml
 
 from graspbench.config import option_files
 from graspbench.config.trial_config import load_config, load_stored_config
@@ -113,3 +114,15 @@ def test_a_bad_stored_configuration_is_named(tmp_path, name):
     with pytest.raises(ConfigurationError) as caught:
         load_stored_config(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_trial_stored_before_arms_were_a_group_can_be_run_again(tmp_path):
+    tree = yaml.safe_load(load_config(["seed=3"]).as_yaml())
+    tree["execution"] = {**tree["execution"], "mount": "floating"}
+    path = tmp_path / "config.yaml"
+    path.write_text(yaml.safe_dump(tree))
+    assert load_stored_config(path).seed == 3
+    tree["execution"]["mount"] = "kuka"
+    path.write_text(yaml.safe_dump(tree))
+    with pytest.raises(ConfigurationError, match="now the group 'arm'"):
+        load_stored_config(path)
