@@ -1,6 +1,7 @@
 """Smooth ways through a plan's configurations: the spatial filter of the fingertips' paths (thesis 3.5)."""
 
 import numpy as np
+from scipy.linalg import solveh_banded
 
 from graspbench.arrays import FloatArray
 
@@ -99,15 +100,24 @@ def _sampled(values: FloatArray, where: FloatArray, count: int) -> FloatArray:
 def _stiffened(values: FloatArray, stiffness: float) -> FloatArray:
     """Return the least bent values near given ones, shape (n, ...), the first and last as they are."""
     n = len(values)
-    second = np.zeros((n - 2, n))
-    rows = np.arange(n - 2)
-    second[rows, rows], second[rows, rows + 1], second[rows, rows + 2] = 1.0, -2.0, 1.0
-    matrix = np.eye(n) + stiffness * second.T @ second
+    # The squared second differences' matrix has five diagonals: the main one, its neighbours, and ones.
+    main, beside = np.zeros(n), np.full(n - 1, -4.0)
+    main[:-2] += 1.0
+    main[1:-1] += 4.0
+    main[2:] += 1.0
+    beside[[0, -1]] += 2.0
     flat = values.reshape(n, -1)
-    ends = flat[[0, -1]]
-    right = flat[1:-1] - matrix[1:-1][:, [0, -1]] @ ends
+    right = flat[1:-1].copy()
+    right[0] -= stiffness * beside[0] * flat[0]
+    right[-1] -= stiffness * beside[-1] * flat[-1]
+    right[1:2] -= stiffness * flat[0]
+    right[-2:-1] -= stiffness * flat[-1]
+    bands = np.zeros((3, n - 2))
+    bands[0] = 1.0 + stiffness * main[1:-1]
+    bands[1, :-1] = stiffness * beside[1:-1]
+    bands[2, :-2] = stiffness
     out = flat.copy()
-    out[1:-1] = np.linalg.solve(matrix[1:-1, 1:-1], right)
+    out[1:-1] = solveh_banded(bands, right, lower=True)
     return out.reshape(values.shape)
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graspbench.planning.smoothing import low_pass, smooth_way, turning_deg
+from graspbench.planning.smoothing import _stiffened, low_pass, smooth_way, turning_deg
 
 
 def configurations(points):
@@ -72,3 +72,14 @@ def test_keeps_the_ends_and_the_distance_asked_for(seed, count, deviation):
         polygon = (points[:-1, None, finger] * (1 - share) + points[1:, None, finger] * share).reshape(-1, 3)
         apart = np.linalg.norm(way[:, None, finger] - polygon[None], axis=2).min(axis=1)
         assert apart.max() <= deviation + 1e-3
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 6, 40])
+@pytest.mark.parametrize("stiffness", [0.1, 30.0, 1e5])
+def test_the_least_bent_values_are_those_of_the_whole_matrix(n, stiffness):
+    values = np.random.default_rng(n).normal(size=(n, 2, 3))
+    second = np.diff(np.eye(n), 2, axis=0)
+    matrix, flat = np.eye(n) + stiffness * second.T @ second, values.reshape(n, -1)
+    wanted = flat.copy()
+    wanted[1:-1] = np.linalg.solve(matrix[1:-1, 1:-1], (flat - matrix[:, [0, -1]] @ flat[[0, -1]])[1:-1])
+    np.testing.assert_allclose(_stiffened(values, stiffness), wanted.reshape(values.shape), atol=1e-9)
