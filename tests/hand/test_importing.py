@@ -136,8 +136,8 @@ def test_wide_limits_do_not_curl_the_fingers_under_the_palm(tmp_path):
 
 @pytest.mark.parametrize(
     ("limits", "usual"),
-    [((0, 180), (0, 110)), ((-180, 0), (-110, 0)), ((-180, 180), (-55, 55)), ((-20, 160), (-20, 90)),
-     ((-30, 90), (-30, 90)), ((10, 200), (10, 120)), ((-45, 124), (-45, 124))],
+    [((0, 180), (0, 110)), ((-180, 0), (-110, 0)), ((-180, 180), (-55, 55)), ((-90, 90), (-55, 55)),
+     ((-30, 90), (-30, 90)), ((10, 200), (10, 200)), ((-45, 124), (-45, 124)), ((90, 360), (90, 200))],
 )  # fmt: skip
 def test_wide_ranges_are_drawn_in_towards_where_a_finger_is_straight(limits, usual):
     lower, upper = np.radians(np.array(limits, dtype=float)).reshape(2, 1)

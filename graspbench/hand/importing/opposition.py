@@ -16,7 +16,6 @@ from graspbench.hand.importing.drawing import (
     BALANCE,
     BESIDE,
     DISTANCE_M,
-    OVERLAP,
     PALM,
     ROOM_M,
     Drawn,
@@ -90,7 +89,9 @@ def find_opposition(
     assert best is not None
     _, centre, chosen, fingers, gap = best
     joints = combined(hand, drawn, chosen)
-    if best[0] <= _GOOD and not is_shared(hand):
+    guessed = not (np.array_equal(limits[0], hand.lower) and np.array_equal(limits[1], hand.upper))
+    poor = best[0] <= _GOOD or bool(overlaps(hand, joints, fingers=fingers))
+    if guessed and poor and not is_shared(hand):
         joints, centre, fingers = _climbed(hand, pads, limits, drawn, weak, generator, approach)
     elif not is_shared(hand):
         finer = _refined(hand, pads, joints, centre, gap + hand.tip_radius_m, generator, limits)
@@ -152,7 +153,7 @@ def _search(
     for each in rated[:_TRIED]:
         if not overlaps(hand, combined(hand, drawn, each[2]), fingers=each[3]):
             return each, by_size
-    return (rated[0][0] - OVERLAP, *rated[0][1:]), by_size
+    return rated[0], by_size
 
 
 def _climbed(
