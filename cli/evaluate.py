@@ -148,10 +148,13 @@ def _store(evaluation: "Evaluation", folder: Path) -> None:
     import pandas as pd
 
     from graspbench.experiment import to_json
-    from graspbench.results.columns import csv_text
     from graspbench.results.store import write_atomically
+    from graspbench.results.table_files import csv_text
 
     write_atomically(folder / "evaluation.json", to_json(evaluation.as_tree()))
-    write_atomically(folder / "grasps.csv", csv_text(pd.json_normalize(evaluation.rows)))
+    grasps = pd.json_normalize(evaluation.rows)
+    rows = [dict(zip(map(str, grasps), row, strict=True)) for row in grasps.itertuples(index=False)]
+    write_atomically(folder / "grasps.csv", csv_text([str(name) for name in grasps], rows))
     if evaluation.planners:
-        write_atomically(folder / "planners.csv", csv_text(pd.DataFrame(evaluation.planners)))
+        columns = list(dict.fromkeys(name for row in evaluation.planners for name in row))
+        write_atomically(folder / "planners.csv", csv_text(columns, evaluation.planners))

@@ -15,6 +15,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "engine.name": ("local", "inline", "slurm"),
     "execution.control": ("joint_impedance", "object_impedance", "computed_torque", "hybrid"),
     "execution.object_impedance.feels_wrench": ("true", "false"),
+    "execution.touch.measure": ("q1", "q2", "q3"),
     "execution.until": ("off", "contact", "hold", "pushes", "shakes"),
     "hand.kind": ("radial", "urdf"),
     "index.pairs": ("true", "false"),

@@ -110,8 +110,9 @@ def _report(
     from graspbench.report.correlations import correlation_table
     from graspbench.report.groups import group_table
     from graspbench.report.planners import planner_tables
-    from graspbench.results.columns import parquet_bytes
+    from graspbench.results.columns import is_switch, trial_rows
     from graspbench.results.store import write_atomically
+    from graspbench.results.table_files import parquet_bytes
 
     loaded = load_results(folders)
     frame = results_frame(loaded.results, loaded.folders)
@@ -125,8 +126,8 @@ def _report(
         shown.append(correlations)
     paths = list(write_tables(shown, target, [name for name in formats if name in _TABLES]))
     if "parquet" in formats:
-        path = target / "trials.parquet"
-        write_atomically(path, parquet_bytes(frame.drop(columns="folder")))
+        path, table = target / "trials.parquet", trial_rows(loaded.results)
+        write_atomically(path, parquet_bytes(table.columns, table.rows, is_switch))
         paths.append(path)
     if "html" in formats:
         from graspbench.report.results_page import write_loaded_page

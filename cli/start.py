@@ -3,12 +3,14 @@
 import sys
 
 from graspbench.cli.ending import end_on_signals
+from graspbench.loading import load_quickly
 
 
 def main() -> None:
     """Run the command line; a signal that comes while it is being loaded ends it like any other."""
     try:
         end_on_signals()
+        load_quickly()
         from graspbench.cli.app import main as run  # takes a while
 
         run()

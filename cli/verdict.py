@@ -17,12 +17,18 @@ def verdict(result: "TrialResult") -> str:
     if execution is None:
         return "A grasp was planned; nothing was executed."
     if not execution.success:
-        return f"Lost{_where(execution)}: {execution.reason}.{_strengthened(result)}"
-    return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}.{_strengthened(result)}"
+        return f"Lost{_where(execution)}: {execution.reason}.{_instead(result)}"
+    return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}.{_instead(result)}"
 
 
-def _strengthened(result: "TrialResult") -> str:
+def _instead(result: "TrialResult") -> str:
     """Say that it was not the planner's own grasp, where it was not."""
+    felt = result.explored
+    if felt is not None:
+        name = f"{felt.measure[0].upper()}{felt.measure[1:]}"
+        grasps = f"{felt.grasps} exploring grasps" if felt.grasps > 1 else "one exploring grasp"
+        told = f"it felt a {name} of {felt.value:.2g}, the first {felt.first:.2g}"
+        return f" Of {grasps} the best was executed; {told}."
     instead, planned = result.strengthened, result.local
     if instead is None or planned is None:
         return ""

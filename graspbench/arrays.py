@@ -13,6 +13,7 @@ Conventions of the whole package, stated once:
 * A twist or wrench stacks the linear part first: [v; omega], [f; tau].
 """
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -29,3 +30,24 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
+
+
+def rotation_matrix(rotation_vector: FloatArray) -> FloatArray:
+    """Return the matrix of a turn by a rotation vector, shape (3,); much faster for one than SciPy's own."""
+    p, q, r = rotation_vector.tolist()
+    angle = math.sqrt(p * p + q * q + r * r)
+    if angle <= 1e-3:
+        square = angle * angle
+        scale = 0.5 - square / 48.0 + square * square / 3840.0
+    else:
+        scale = math.sin(angle / 2.0) / angle
+    x, y, z, w = scale * p, scale * q, scale * r, math.cos(angle / 2.0)
+    x2, y2, z2, w2 = x * x, y * y, z * z, w * w
+    xy, zw, xz, yw, yz, xw = x * y, z * w, x * z, y * w, y * z, x * w
+    return np.array(
+        [
+            [x2 - y2 - z2 + w2, 2.0 * (xy - zw), 2.0 * (xz + yw)],
+            [2.0 * (xy + zw), -x2 + y2 - z2 + w2, 2.0 * (yz - xw)],
+            [2.0 * (xz - yw), 2.0 * (yz + xw), -x2 - y2 + z2 + w2],
+        ]
+    )

@@ -22,6 +22,7 @@ _S_PER_RENDERED_SAMPLE = 8e-8
 _S_PER_PIXEL = 1e-7
 _S_PER_PHYSICS_STEP = 1.5e-3
 _S_PER_BELT_STEP = 2e-4
+_EXPLORING_GRASP_S = 4.0  # of simulated time, closing beyond the contacts aside
 _BELT_STEP_S = 1.0 / 480.0
 _WIDE_VIEWS = 6
 _S_PER_ITERATION = 6e-6  # of the solver, in one physics step
@@ -157,6 +158,8 @@ def _execution(parts: Mapping[str, Any]) -> Cost:
     seconds += 3 * p.shake_time_s if p.until == "shakes" else 0.0
     if p.until != "off" and p.touch.max_touches:
         seconds += p.touch.max_touches * (2e-3 * p.touch.reach_mm / p.touch.speed_m_s + 0.5)
+    if p.until != "off":
+        seconds += p.touch.max_grasps * (_EXPLORING_GRASP_S + p.closing_distance_m / p.closing_speed_m_s)
     each = _S_PER_PHYSICS_STEP + _S_PER_ITERATION * p.solver_iterations
     what = "the execution (its times by execution.time_step_s)"
     return _cost(what, seconds / p.time_step_s, "steps", each, _BYTES_PER_PHYSICS_STEP)

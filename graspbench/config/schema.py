@@ -52,7 +52,7 @@ SECTIONS: dict[str, type] = {
 MANIPULATION_SECTIONS = {
     "clik": ("graspbench.manipulation.clik", "ClikParameters"),
     "motion": ("graspbench.manipulation.motion", "MotionParameters"),
-    "contact": ("graspbench.manipulation.manipulate", "ContactParameters"),
+    "contact": ("graspbench.manipulation.contact_parameters", "ContactParameters"),
 }
 
 # Sections that take the parameters of the plug-in they name, each with the name where none is given.

@@ -38,7 +38,11 @@ from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
+from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
+
+GAITING = ("rolling", "hard", "soft")
+"""Contacts on which fingers can gait."""
 
 if TYPE_CHECKING:
     from graspbench.manipulation import ClikParameters, ContactParameters, MotionParameters
@@ -292,6 +296,7 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     cost.check_cost(parts)
     _check_motion(parts["scene"], primary)
+    _check_exploring(parts["scene"], parts["arm"], parts["execution"].touch)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
@@ -303,6 +308,21 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
         "planner_name": complete["planner"]["name"],
         **parts,
     }
+
+
+def _check_exploring(scene: SceneParameters, arm: ArmParameters, touch: TouchParameters) -> None:
+    """Refuse exploring grasps together with what moves the goal under them, or with an arm."""
+    for key, used in (
+        ("execution.touch.max_touches", touch.max_touches > 0),
+        ("scene.motion", scene.motion != "none"),
+        ("an arm", arm.urdf is not None),
+    ):
+        if touch.max_grasps and used:
+            raise ConfigurationError(
+                f"execution.touch.max_grasps = {touch.max_grasps} and {key} exclude each other",
+                remedy=f"leave one of execution.touch.max_grasps and {key} out",
+                key=key,
+            )
 
 
 def _check_motion(scene: SceneParameters, primary: Primary) -> None:
@@ -332,6 +352,25 @@ def _check_motion(scene: SceneParameters, primary: Primary) -> None:
     )
 
 
+def _check_gait(config: ManipulationConfig) -> None:
+    """Refuse a gait of fingers or on contacts that can never do it."""
+    if config.motion.gait.angle_deg == 0.0:
+        return
+    if config.contact.kind not in GAITING:
+        raise ConfigurationError(
+            f"fingers do not gait on contacts of kind '{config.contact.kind}'",
+            remedy=f"set contact to one of {', '.join(GAITING)}",
+        )
+    if config.hand.fingers < 3:
+        raise ConfigurationError(
+            "two fingers cannot gait: one alone does not hold the object", remedy="set hand.fingers=4"
+        )
+    if config.execution.until != "off":
+        raise ConfigurationError(
+            "a motion by finger gaiting is not played in physics", remedy="set execution=off"
+        )
+
+
 def _check_manipulation(config: ManipulationConfig) -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
     fingers = config.hand.fingers
@@ -344,6 +383,7 @@ def _check_manipulation(config: ManipulationConfig) -> None:
                     f"clik.tasks.{name}.{key} = {value} names a finger that {fingers} fingers do not have",
                     remedy=f"count from 0 to {fingers - 1}",
                 )
+    _check_gait(config)
     if config.clik.step_s > 0.1 * config.motion.duration_s:
         raise ConfigurationError(
             f"clik.step_s = {config.clik.step_s:g} is too long for {config.motion.duration_s:g} s of motion",

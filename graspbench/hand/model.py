@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graspbench.arrays import FloatArray, IntArray
+from graspbench.arrays import FloatArray, IntArray, cross
 from graspbench.hand import kinematics
 from graspbench.hand.chains import (
     LEADER,
@@ -207,18 +207,18 @@ class HandModel:
 def _frames(chains: Chains, joints: FloatArray) -> FloatArray:
     """Return the joint frames of all fingers, shape (f, k, 3, 4), in NumPy: quick to load."""
     n, k = joints.shape
-    frames = np.zeros((n, k, 4, 4))
-    before = np.tile(np.eye(4), (n, 1, 1))
+    frames, fixed, turn = np.empty((n, k, 4, 4)), np.zeros((n, k, 4, 4)), np.zeros((n, k, 4, 4))
+    fixed[:, :, :3], fixed[:, :, 3, 3] = chains.fixed[:, :k], 1.0
+    slides = chains.kinds[:, :k, SLIDES] == 1
+    angles = np.where(slides, 0.0, joints)
+    turn[..., 0, 0] = turn[..., 1, 1] = np.cos(angles)
+    turn[..., 1, 0] = np.sin(angles)
+    turn[..., 0, 1] = -turn[..., 1, 0]
+    turn[..., 2, 3] = np.where(slides, joints, 0.0)
+    turn[..., 2, 2] = turn[..., 3, 3] = 1.0
+    before = np.broadcast_to(np.eye(4), (n, 4, 4))
     for j in range(k):
-        fixed, turn = np.tile(np.eye(4), (n, 1, 1)), np.tile(np.eye(4), (n, 1, 1))
-        fixed[:, :3] = chains.fixed[:, j]
-        slides = chains.kinds[:, j, SLIDES] == 1
-        angles = np.where(slides, 0.0, joints[:, j])
-        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angles)
-        turn[:, 1, 0] = np.sin(angles)
-        turn[:, 2, 3] = np.where(slides, joints[:, j], 0.0)
-        turn[:, 0, 1] = -turn[:, 1, 0]
-        before = before @ fixed @ turn
+        before = before @ fixed[:, j] @ turn[:, j]
         frames[:, j] = before
     return frames[:, :, :3]
 
@@ -234,7 +234,7 @@ def _jacobians(chains: Chains, joints: FloatArray) -> FloatArray:
     tips = np.einsum("fij,fj->fi", last[:, :, :3], chains.tips) + last[:, :, 3]
     arms = tips[:, None] - frames[..., 3]
     slides = (chains.kinds[..., SLIDES] == 1)[..., None]
-    return np.where(slides, frames[..., 2], np.cross(frames[..., 2], arms)).transpose(0, 2, 1)
+    return np.where(slides, frames[..., 2], cross(frames[..., 2], arms)).transpose(0, 2, 1)
 
 
 def shape_poses(chains: Chains, found: Shapes, joints: FloatArray) -> FloatArray:

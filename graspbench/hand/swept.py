@@ -4,7 +4,7 @@ import numpy as np
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.compiled import compiled
-from graspbench.hand.collision import EVERY_FINGER, ground_clearance
+from graspbench.hand.collision import EVERY_FINGER, ground_clearance, hand_clearance
 from graspbench.hand.model import HandModel
 from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink
 from graspbench.hand.shapes import Shapes
@@ -19,6 +19,7 @@ def collisions(
     closing: int,
     fingers: tuple[int, ...],
     ground_height_m: float | None = None,
+    hand_margin_m: float | None = None,
 ) -> BoolArray:
     """Tell at which samples of a motion palm, links or fingertips sink into a surface or the ground.
 
@@ -30,6 +31,8 @@ def collisions(
         closing: First sample from which the tips of ``fingers`` close on their contacts and do not count.
         fingers: The fingers with a contact.
         ground_height_m: Height of the ground in the world; None for none.
+        hand_margin_m: Samples count too at which links of the hand come nearer to each other; None: they
+            do not.
 
     Returns:
         Shape (t,).
@@ -43,9 +46,13 @@ def collisions(
     for k, (pose, q) in enumerate(zip(transforms_palm_to_world, joints, strict=True)):
         contact_of = on_contact if k >= closing else free
         palm = np.ascontiguousarray(pose[:3])
-        sunk[k] = links_sink(
-            hand.chains, hand.shapes, triangles, contact_of, palm, hand.by_finger(q), system, DEPTH_M
-        ) or _below(hand.shapes, system.poses, palm, height, DEPTH_M)
+        sunk[k] = (
+            links_sink(
+                hand.chains, hand.shapes, triangles, contact_of, palm, hand.by_finger(q), system, DEPTH_M
+            )
+            or _below(hand.shapes, system.poses, palm, height, DEPTH_M)
+            or (hand_margin_m is not None and _tangled(hand.shapes, system.poses, hand_margin_m))
+        )
     return sunk
 
 
@@ -56,3 +63,10 @@ def _below(shapes: Shapes, poses: FloatArray, pose: FloatArray, height: float, d
         return False
     clearance: float = ground_clearance(shapes, poses, pose, height, EVERY_FINGER, 0.0)
     return clearance < -depth
+
+
+@compiled
+def _tangled(shapes: Shapes, poses: FloatArray, margin: float) -> bool:
+    """Tell whether links of the hand, whose poses are known, come nearer to each other than a margin."""
+    clearance: float = hand_clearance(shapes, poses, EVERY_FINGER, margin + 1e-9)
+    return clearance < margin

@@ -20,10 +20,15 @@ if TYPE_CHECKING:
     from graspbench.manipulation.classification import GraspClass, classify
     from graspbench.manipulation.clik import Clik, ClikParameters, PriorityChange
     from graspbench.manipulation.contact_kinematics import Contact, ManipulationSystem, State
+    from graspbench.manipulation.contact_parameters import ContactParameters
     from graspbench.manipulation.forces import ContactForces, ForceDistribution, ForceParameters
+    from graspbench.manipulation.gaiting.gait import gait_object
+    from graspbench.manipulation.gaiting.gait_check import GaitCheck, check_gait
+    from graspbench.manipulation.gaiting.gait_parameters import GaitParameters
+    from graspbench.manipulation.gaiting.gait_result import GaitResult
     from graspbench.manipulation.kinematic_tree import KinematicTree, planar_tree, tree_from_pinocchio
     from graspbench.manipulation.loop import ClikHistory, simulate
-    from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
+    from graspbench.manipulation.manipulate import manipulate_object
     from graspbench.manipulation.manipulation_result import ManipulationResult
     from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
     from graspbench.manipulation.secondary_task import TASKS, SecondaryTask, TaskValue, build_tasks
@@ -37,9 +42,12 @@ _HOMES = {
     "ClikParameters": "clik",
     "Contact": "contact_kinematics",
     "ContactForces": "forces",
-    "ContactParameters": "manipulate",
+    "ContactParameters": "contact_parameters",
     "ForceDistribution": "forces",
     "ForceParameters": "forces",
+    "GaitCheck": "gaiting.gait_check",
+    "GaitParameters": "gaiting.gait_parameters",
+    "GaitResult": "gaiting.gait_result",
     "GraspClass": "classification",
     "KinematicTree": "kinematic_tree",
     "ManipulationResult": "manipulation_result",
@@ -52,9 +60,11 @@ _HOMES = {
     "TaskValue": "secondary_task",
     "Trajectory": "motion",
     "build_tasks": "secondary_task",
+    "check_gait": "gaiting.gait_check",
     "classify": "classification",
     "cylinder": "charts",
     "ellipsoid": "charts",
+    "gait_object": "gaiting.gait",
     "manipulate_object": "manipulate",
     "mesh_patch": "charts",
     "object_motion": "motion",
@@ -80,6 +90,9 @@ __all__ = [
     "ContactParameters",
     "ForceDistribution",
     "ForceParameters",
+    "GaitCheck",
+    "GaitParameters",
+    "GaitResult",
     "GraspClass",
     "KinematicTree",
     "ManipulationResult",
@@ -91,9 +104,11 @@ __all__ = [
     "TaskValue",
     "Trajectory",
     "build_tasks",
+    "check_gait",
     "classify",
     "cylinder",
     "ellipsoid",
+    "gait_object",
     "manipulate_object",
     "mesh_patch",
     "object_motion",

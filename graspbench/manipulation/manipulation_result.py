@@ -1,6 +1,6 @@
 """What came of an in-hand motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,9 +23,11 @@ class ManipulationResult:
         position_error_m: Largest position error of a finger's loop, shape (t,).
         rotation_error_deg: Largest orientation error, shape (t,).
         contact_points: Contacts on the object, object frame, shape (t, n_c, 3), m.
+        contact_normals: Outward normals there, object frame, shape (t, n_c, 3).
         contact_drift_m: How far each contact is from where its contact type lets it be, shape (t, n_c).
         force_times: When the forces were computed, shape (s,), s.
         forces: Fingers' forces on the object, palm frame, shape (s, n_c, 3), N; NaN where none balance.
+        torsions: Fingers' torques about the outward normals, shape (s, n_c), N m; NaN likewise.
         force_margins: Smallest margin to a friction cone's side, shape (s,), N; NaN likewise.
         pad_indentation_max_m: Deepest indentation of a soft pad; None for other contacts.
     """
@@ -39,11 +41,13 @@ class ManipulationResult:
     position_error_m: FloatArray
     rotation_error_deg: FloatArray
     contact_points: FloatArray
+    contact_normals: FloatArray
     contact_drift_m: FloatArray
     force_times: FloatArray
     forces: FloatArray
+    torsions: FloatArray
     force_margins: FloatArray
-    pad_indentation_max_m: float | None = None
+    pad_indentation_max_m: float | None = field(default=None, kw_only=True)
 
     def summary(self) -> dict[str, float | int | bool | None]:
         """Return the figures that decide, by name."""

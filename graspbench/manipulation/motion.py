@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from graspbench.manipulation.compiled.record import Record
 from graspbench.manipulation.compiled.record_type import opener
 from graspbench.manipulation.compiled.rotations import turn
 from graspbench.manipulation.compiled.shared import shared
+from graspbench.manipulation.gaiting.gait_parameters import GaitParameters
 from graspbench.manipulation.pose_sample import PoseSample
 
 
@@ -205,6 +206,10 @@ class MotionParameters:
     map_range: Annotated[
         bool, Field(description="First find how far the grasp can move the object along and about each axis")
     ] = False
+    gait: Annotated[
+        GaitParameters,
+        Field(description="Finger gaiting; with an angle it takes the place of all the others"),
+    ] = field(default_factory=GaitParameters)
 
 
 def object_motion(parameters: MotionParameters, position: FloatArray, rotation: FloatArray) -> Trajectory:

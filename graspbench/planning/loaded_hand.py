@@ -10,8 +10,8 @@ from graspbench.planning.constraint import HandConstraint
 
 TOO_WEAK = "joints too weak for the weight"
 
-Carried = Callable[[HandPosture, FloatArray, FloatArray], float]
-"""Posture, contacts and outward normals, shape (n_f, 3) each, to the weight that can be carried, N."""
+Carries = Callable[[HandPosture, FloatArray, FloatArray, float], bool]
+"""Whether a posture with contacts and outward normals, shape (n_f, 3) each, carries a weight, N."""
 
 
 class LoadedHand:
@@ -19,12 +19,12 @@ class LoadedHand:
 
     Args:
         hand: The hand's own constraints.
-        carried: What it carries.
+        carries: What tells whether it carries a weight.
         wanted_n: What it has to carry, N.
     """
 
-    def __init__(self, hand: HandConstraint, carried: Carried, wanted_n: float) -> None:
-        self._hand, self._carried, self._wanted_n = hand, carried, wanted_n
+    def __init__(self, hand: HandConstraint, carries: Carries, wanted_n: float) -> None:
+        self._hand, self._carries, self._wanted_n = hand, carries, wanted_n
         self.pair_limit_m = hand.pair_limit_m
 
     @property
@@ -76,6 +76,6 @@ class LoadedHand:
     def _strong(
         self, posture: HandPosture | None, points: FloatArray, normals: FloatArray
     ) -> HandPosture | None:
-        if posture is None or self._carried(posture, points, normals) < self._wanted_n:
+        if posture is None or not self._carries(posture, points, normals, self._wanted_n):
             return None
         return posture

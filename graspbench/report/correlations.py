@@ -23,7 +23,8 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
     `SIGNIFICANCE` after Benjamini and Hochberg's correction for the number of pairs. The data have a row a
     pair, with intervals and p values; pairs without an estimate are left out.
 
-    Trials that executed a strengthened grasp are left out: what came of it says nothing of the planned one.
+    Trials that executed another grasp, strengthened or explored, are left out: what came of it says nothing
+    of the planned one.
 
     Args:
         trials: One row a trial.
@@ -52,7 +53,11 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
         f"and p values are in the data. n = {_span([int(row['trials']) for row in data])} trials a pair."
         if data
         else "Of no pair anything can be said.",
-        *([f"{left_out} trials are left out that executed a strengthened grasp."] if left_out else []),
+        *(
+            [f"{left_out} trials are left out that executed a strengthened or explored grasp."]
+            if left_out
+            else []
+        ),
         *success_notes(trials),
         *trial_notes(trials),
     )
@@ -75,7 +80,10 @@ def correlation_table(trials: pd.DataFrame, outcomes: Sequence[str] = ()) -> Tab
 
 def _as_planned(trials: pd.DataFrame) -> pd.DataFrame:
     """Return the trials that executed the planner's own grasp."""
-    return trials[trials[c.STRENGTHENED].isna()] if c.STRENGTHENED in trials else trials
+    for column in (c.STRENGTHENED, c.EXPLORED):
+        if column in trials:
+            trials = trials[trials[column].isna()]
+    return trials
 
 
 def _arranged(data: Sequence[dict[str, Any]]) -> tuple[dict[str, Any], ...]:

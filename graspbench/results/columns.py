@@ -1,7 +1,6 @@
 """The columns of a table of trials: their values, and the dictionary that says what each means."""
 
 import dataclasses
-import io
 import json
 import types
 import typing
@@ -11,7 +10,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Union
 
 from graspbench.results.about import About, unit_of
-from graspbench.results.spreadsheet import inert
 from graspbench.results.trial_result import TrialResult
 
 if TYPE_CHECKING:
@@ -56,15 +54,28 @@ class ColumnDescription:
     empty: str
 
 
-def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | None = None) -> "pd.DataFrame":
+@dataclass(frozen=True)
+class TrialRows:
+    """Trials as rows of a table.
+
+    Attributes:
+        columns: The columns' names.
+        rows: One a trial, by column; what a trial has not is not there.
+        overridden: Those columns that are overridden keys of the configuration.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[dict[str, Any], ...]
+    overridden: tuple[str, ...]
+
+
+def trial_rows(results: Sequence[TrialResult], folders: Mapping[str, str] | None = None) -> TrialRows:
     """Turn results into one row a trial with dotted column names; lists are left to the files.
 
     Args:
         results: The trials.
         folders: Each trial's folder by its id, for a column ``folder``; None for no such column.
     """
-    import pandas as pd  # only tables need it, and it is slow to load
-
     overridden = list(dict.fromkeys(key for result in results for key in result.overridden))
     rows = []
     for result in results:
@@ -76,35 +87,22 @@ def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | N
     for prefix in (f"{_CHOICE}.", *overridden):
         columns |= dict.fromkeys(name for row in rows for name in row if _below(name, prefix))
     columns |= dict.fromkeys(name for row in rows for name in row)
-    frame = pd.DataFrame(rows, columns=list(columns))
-    frame.attrs[OVERRIDDEN] = [
-        str(name) for name in frame.columns if any(_below(str(name), key) for key in overridden)
-    ]
+    chosen = tuple(name for name in columns if any(_below(name, key) for key in overridden))
+    return TrialRows(tuple(columns), tuple(rows), chosen)
+
+
+def results_frame(results: Sequence[TrialResult], folders: Mapping[str, str] | None = None) -> "pd.DataFrame":
+    """Return `trial_rows` as a table of pandas; see there for the arguments."""
+    import pandas as pd  # only tables need it, and it is slow to load
+
+    table = trial_rows(results, folders)
+    frame = pd.DataFrame(table.rows, columns=list(table.columns))
+    frame.attrs[OVERRIDDEN] = list(table.overridden)
     return frame
 
 
-def csv_text(frame: "pd.DataFrame") -> str:
-    """Return a table of trials as CSV; text that a spreadsheet would compute has an apostrophe before it."""
-    safe = frame.rename(columns=lambda name: inert(str(name)))
-    for name in safe.select_dtypes(object):
-        safe[name] = safe[name].map(lambda cell: inert(cell) if isinstance(cell, str) else cell)
-    text: str = safe.to_csv(index=False)
-    return text
-
-
-def parquet_bytes(frame: "pd.DataFrame") -> bytes:
-    """Return a table of trials as a Parquet file: columns keep their types, missing values are null."""
-    typed = frame.convert_dtypes()
-    for name in (name for name in typed if typed[name].isna().all() and _is_switch(str(name))):
-        typed[name] = typed[name].astype("boolean")
-    for name in typed.select_dtypes(object):  # values of several kinds
-        typed[name] = typed[name].map(str, na_action="ignore").astype("string")
-    buffer = io.BytesIO()
-    typed.to_parquet(buffer, index=False)
-    return buffer.getvalue()
-
-
-def _is_switch(name: str) -> bool:
+def is_switch(name: str) -> bool:
+    """Tell whether a column says yes or no."""
     described = describe_column(name)
     return described is not None and described.unit == _SWITCH
 

@@ -183,6 +183,36 @@ class StrengthenedResult(GraspResult):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ExploredResult(GraspResult):
+    """The grasp that felt best of a few that the whole hand felt; it was executed."""
+
+    q1: Annotated[Number, About("Smallest singular value of the grasp matrix, on the surface as seen")]
+    q2: Annotated[Number, About("Volume of the ellipsoid of wrenches, on the surface as seen")]
+    q3: Annotated[Number, About("Largest ball in the grasp wrench space, on the surface as seen")]
+    measure: Annotated[str, About("The measure that was optimised")]
+    grasps: Annotated[int, About("Grasps that were felt")]
+    candidates: Annotated[int, About("Grasps that they were chosen from")]
+    value: Annotated[Number, About("The measure at the contacts that the executed grasp felt")]
+    first: Annotated[Number, About("The same of the grasp that would have been executed otherwise")]
+    felt: Annotated[
+        tuple[Number, ...], About("The measure of each grasp felt, in their order; 0 where a finger missed")
+    ]
+    foreseen: Annotated[tuple[Number, ...], About("The same on the surface as it was seen")]
+    best: Annotated[int, About("Which of them was executed, from 0")]
+    bound: Annotated[
+        Number | None, About("Certified upper bound on the seen surface", empty="it was not searched for")
+    ]
+    ended: Annotated[str, About("Why it ended: enough, number, no gain or no candidate")]
+    moved_mm: Annotated[Number, About("By how much the object was moved by it all")]
+    time_s: Annotated[Number, About("Simulated time that it took")]
+    verified: Annotated[
+        bool | None,
+        About("Whether the posture stands before an independent check", empty="there is no posture"),
+    ] = None
+    violations: Annotated[tuple[str, ...], About("What the check found")] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class GlobalGraspResult(GraspResult):
     """The best grasp of the finished surface by one measure, and its certificate."""
 

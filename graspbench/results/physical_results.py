@@ -189,6 +189,30 @@ class ManipulationSummary(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class GaitFigures(Part):
+    """What an independent check found of a motion by finger gaiting."""
+
+    turned_deg: Annotated[Number, About("How far the object has turned about the grasp's normal")]
+    turns: Annotated[int, About("Turns between which fingers step, or could")]
+    steps: Annotated[int, About("Steps that fingers take")]
+    position_error_max_m: Annotated[
+        Number, About("Largest distance of the object, as the tips hold it, from its path")
+    ]
+    rotation_error_max_deg: Annotated[Number, About("Largest angle between its orientation and its path's")]
+    tip_error_max_m: Annotated[Number, About("Largest distance of a fingertip from its contact")]
+    slip_max_m: Annotated[
+        Number, About("Longest way that a fingertip slides over the surface between two steps of it")
+    ]
+    joint_margin_min_deg: Annotated[Number, About("Smallest distance of a joint to its limit")]
+    speed_share_max: Annotated[Number, About("Largest joint velocity as share of the joint's limit")]
+    friction_margin_min_n: Annotated[
+        Number, About("Smallest friction left at a contact by the recorded forces")
+    ]
+    verified: Annotated[bool, About("Whether the motion stands before the check")]
+    violations: Annotated[tuple[str, ...], About("What the check found")] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlayedResult(Part):
     """What came of an in-hand motion when it was played in physics."""
 

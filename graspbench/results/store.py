@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from graspbench.errors import LogError, OutputError
-from graspbench.results.columns import csv_text, parquet_bytes, results_frame
+from graspbench.results.columns import is_switch, trial_rows
 from graspbench.results.migrations import SCHEMA_VERSION, migrate
 from graspbench.results.plain import result_from_plain
+from graspbench.results.table_files import csv_text, parquet_bytes
 from graspbench.results.trial_result import TrialResult
 
 __all__ = [
@@ -123,9 +124,10 @@ class ResultStore:
 
     def write_table(self) -> Path:
         """Rebuild ``trials.csv`` and ``trials.parquet`` from the results; return the former's path."""
-        path, frame = self.root / TABLE_FILE, results_frame(self.results())
-        write_atomically(path, csv_text(frame))
-        write_atomically(path.with_suffix(".parquet"), parquet_bytes(frame))
+        path, table = self.root / TABLE_FILE, trial_rows(self.results())
+        write_atomically(path, csv_text(table.columns, table.rows))
+        parquet = parquet_bytes(table.columns, table.rows, is_switch)
+        write_atomically(path.with_suffix(".parquet"), parquet)
         return path
 
     def _publish(self, partial: Path, final: Path) -> None:

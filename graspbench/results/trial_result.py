@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from graspbench.results.about import About, Number, Part
 from graspbench.results.grasp_results import (
+    ExploredResult,
     GlobalGraspResult,
     LocalResult,
     PlannedResult,
@@ -19,6 +20,7 @@ from graspbench.results.grasp_results import (
 )
 from graspbench.results.physical_results import (
     ExecutedResult,
+    GaitFigures,
     ManipulationSummary,
     MovingResult,
     PlayedResult,
@@ -140,6 +142,10 @@ class TrialResult(Part):
         StrengthenedResult | None,
         About("The grasp that was executed", empty="the planner's own grasp was, or nothing"),
     ] = None
+    explored: Annotated[
+        ExploredResult | None,
+        About("The grasp that exploring grasps chose", empty="execution.touch.max_grasps is 0"),
+    ] = None
     restarted: Annotated[
         RestartedResult | None,
         About("The grasp of a multi-start on the finished surface", empty="planner.restart is off"),
@@ -165,6 +171,9 @@ class TrialResult(Part):
     execution: Annotated[ExecutedResult | None, About("The execution in physics", empty=_NOT_EXECUTED)] = None
     manipulation: Annotated[
         ManipulationSummary | None, About("The in-hand motion", empty="not an in-hand motion")
+    ] = None
+    gait: Annotated[
+        GaitFigures | None, About("The check of a motion by finger gaiting", empty="not by finger gaiting")
     ] = None
     in_hand: Annotated[PlayedResult | None, About("The in-hand motion in physics", empty=_NOT_EXECUTED)] = (
         None

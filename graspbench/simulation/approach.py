@@ -34,6 +34,7 @@ class Approach:
         self.touch: dict[int, Touch] = {}
         self.place: dict[int, FloatArray] = {}
         self._arriving = np.zeros(n, dtype=bool)
+        self._own = {f: self._model.finger_joints(f).tolist() for f in fingers}
         self._goal = np.empty(0)
         self._palm = np.eye(4)
 
@@ -87,7 +88,7 @@ class Approach:
             wanted = self._goal.copy()
             jacobians = self._model.tip_jacobians(self._goal)
             for i in free:
-                index = self._model.finger_joints(self._fingers[i])
+                index = self._own[self._fingers[i]]
                 jacobian = jacobians[self._fingers[i]][:, index]
                 inward = -p.closing_speed_m_s * (rotation.T @ self._grasp.normals[i])
                 damped = jacobian @ jacobian.T + 1e-6 * np.eye(3)
@@ -102,19 +103,14 @@ class Approach:
         goal = wanted.copy()
         touching = [np.isfinite(self.contact_time_s[f]) for f in self._fingers]
         # Joints that move a finger that does not touch yet go on, as in a parallel gripper.
-        going = {
-            int(i) for f, on in zip(self._fingers, touching, strict=True) if not on for i in self._own(f)
-        }
+        going = {i for f, on in zip(self._fingers, touching, strict=True) if not on for i in self._own[f]}
         for f, on in zip(self._fingers, touching, strict=True):
             if on:
-                index = [i for i in self._own(f) if i not in going]
+                index = [i for i in self._own[f] if i not in going]
                 goal[index] = self._goal[index]
         velocity = (goal - self._goal) / time_s
         self._goal = goal
         self._stage.hand.drive_joints(goal, velocity)
-
-    def _own(self, finger: int) -> list[int]:
-        return [int(i) for i in self._model.finger_joints(finger)]
 
     def _feel(self) -> None:
         touches: tuple[Touch | None, ...] = self._stage.hand.touches(self._stage.parameters.contact_force_n)

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import FloatArray
-from graspbench.grasp.internal_forces import internal_forces
+from graspbench.grasp.internal_forces import ForceBalance
 from graspbench.simulation.pad_friction import PadFriction
 from graspbench.simulation.stage import Stage
 from graspbench.simulation.touch import Touch
@@ -64,6 +64,8 @@ class ForceControl:
         self._forces = np.zeros((len(fingers), 3))
         self._pads = PadFriction(stage, fingers)
         self._points, self._normals = self._contacts()
+        self._balance = ForceBalance(self._points, self._normals, stage.friction.coulomb)
+        self._left: float | None = None
         needed = p.grip_safety * self._carrying_force_n()
         steady = max(self._steady_force_n(), _AMPLE * needed)
         self.mean_force_n = float(max(needed, min(p.grip_force_n, steady)))
@@ -74,9 +76,8 @@ class ForceControl:
         Where the contacts' normals oppose each other poorly, the grip itself takes up most of the friction,
         and it takes a firmer grip to leave enough of it for the weight.
         """
-        points, normals = self._contacts()
-        _, left = internal_forces(points, normals, self._stage.friction.coulomb, 1.0)
-        share = np.linalg.norm(_weight_sharing(points), 2, axis=(1, 2)).max()
+        _, left = self._balance.forces(1.0)
+        share = np.linalg.norm(_weight_sharing(self._points), 2, axis=(1, 2)).max()
         return float(self._weight_n * share / (self._stage.friction.coulomb * max(left, _LEFT)))
 
     def _steady_force_n(self) -> float:
@@ -101,9 +102,8 @@ class ForceControl:
         # A finger that has lost touch for a moment is taken to be where it was.
         self._felt = [new or old for new, old in zip(self.touches(), self._felt, strict=True)]
         self._points, self._normals = self._contacts()
-        self._forces, _ = internal_forces(
-            self._points, self._normals, self._stage.friction.coulomb, self.mean_force_n
-        )
+        self._balance = ForceBalance(self._points, self._normals, self._stage.friction.coulomb)
+        self._forces, _ = self._balance.forces(self.mean_force_n)
         self._age = 0
 
     def _contacts(self) -> tuple[FloatArray, FloatArray]:
@@ -188,11 +188,11 @@ class ForceControl:
             upwards: In the object's frame, shape (3,).
             reachable: Share of the grip force that the joints can do without the weight.
         """
-        weight, friction = self._weight_n * upwards, self._stage.friction.coulomb
+        weight = self._weight_n * upwards
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
         for _ in range(_EFFORT_ROUNDS):
-            forces, left = internal_forces(self._points, self._normals, friction, mean_n, weight)
-            if left < 0.0:
+            forces, self._left = self._balance.forces(mean_n, weight, self._left)
+            if self._left < 0.0:
                 break
             needed = torques(forces)
             share = self._within_effort(needed)

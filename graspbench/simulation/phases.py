@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, rotation_matrix
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.mounts.mount import PalmTask
 
@@ -127,7 +126,7 @@ def _tilt(
 
     def tilted(share: float) -> FloatArray:
         turn = np.eye(4)
-        turn[:3, :3] = Rotation.from_rotvec(smooth(share) * axis).as_matrix()
+        turn[:3, :3] = rotation_matrix(smooth(share) * axis)
         turn[:3, 3] = pivot - turn[:3, :3] @ pivot
         pose: FloatArray = turn @ high
         return pose

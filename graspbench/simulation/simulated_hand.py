@@ -19,10 +19,11 @@ from graspbench.simulation.touch import Touch, touch_of
 from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
 _GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
-_GEARED_JOINT_SPEED = 1e6
+_JOINT_SPEED = 1e6
 """Bullet cuts joint speeds at 100 rad/s before it solves contacts and gears. A torque gives a joint of a few
-grams more than that within a step; where others follow it, what is cut is missing in their balance, and the
-finger pressed three times too hard."""
+grams more than that within a step, and what is cut is missing in the balance of forces: fingers pressed
+unevenly, and lost what they hold with a step of a quarter; where joints follow others, they pressed
+three times too hard."""
 
 
 class SimulatedHand:
@@ -56,6 +57,7 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = self._assign_links(links, ids)
         self._set_friction(friction)
+        self._lift_limits()
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
@@ -297,10 +299,6 @@ class SimulatedHand:
     def _couple(self, ids: dict[str, int], joints: FloatArray) -> None:
         """Let joints that follow others (mimic) do so by gears without play, which carry torques too."""
         at = dict(zip(self.hand.joint_names, joints, strict=True))
-        if self.hand.followers:
-            pybullet.changeDynamics(
-                self.body, 0, maxJointVelocity=_GEARED_JOINT_SPEED, physicsClientId=self._client
-            )
         for follower in self.hand.followers:
             own, leader = ids[follower.name], ids[follower.leader]
             position = follower.ratio * at[follower.leader] + follower.offset
@@ -350,9 +348,18 @@ class SimulatedHand:
                 spinningFriction=spinning,
                 rollingFriction=0.0,
                 restitution=0.0,
-                jointDamping=0.0,
                 physicsClientId=self._client,
             )
+
+    def _lift_limits(self) -> None:
+        """Free all joints, also of fingers that take no part, of what the physics does to them by itself.
+
+        What a description states as damping is applied from one step to the next, which no light link stands.
+        """
+        # Two calls: told both at once, pybullet forgets the damping.
+        for link in range(pybullet.getNumJoints(self.body, physicsClientId=self._client)):
+            pybullet.changeDynamics(self.body, link, jointDamping=0.0, physicsClientId=self._client)
+        pybullet.changeDynamics(self.body, 0, maxJointVelocity=_JOINT_SPEED, physicsClientId=self._client)
 
 
 def spinning_friction(torsional_m: float, own_lateral: float, object_lateral: float) -> float:

@@ -1,18 +1,45 @@
-"""Exploring touches before a grasp: how many, and what is believed beforehand."""
+"""Exploring touches and grasps before a grasp: how many, and what is believed beforehand."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 
 @dataclass(frozen=True)
 class TouchParameters:
-    """Touches by single fingers that correct where vision said the object is, and its surface."""
+    """Touches by single fingers that correct what vision said, and grasps that only feel."""
 
     max_touches: Annotated[
         int, Field(ge=0, le=50, description="Most exploring touches before the grasp; 0: none")
     ] = 0
+    max_grasps: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=50,
+            description="Most exploring grasps, of which the one that feels best is executed; 0: none",
+        ),
+    ] = 0
+    measure: Annotated[
+        Literal["q1", "q2", "q3"], Field(description="What exploring grasps are to make as large as they can")
+    ] = "q3"
+    enough_share: Annotated[
+        float,
+        Field(
+            gt=0,
+            le=1,
+            description="Share of the global search's certified bound at which exploring grasps end",
+        ),
+    ] = 0.95
+    measure_std: Annotated[
+        float,
+        Field(
+            gt=0,
+            le=2,
+            description="Standard deviation of a felt measure from the foreseen, over the largest foreseen",
+        ),
+    ] = 0.25
     enough_mm: Annotated[
         float,
         Field(ge=0, le=50, description="Expected error of the contacts' places that is good enough, mm"),

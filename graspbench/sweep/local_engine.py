@@ -41,7 +41,7 @@ def run_local(
 
     store, waiting = ResultStore(root), deque(tasks)
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
-    context.set_forkserver_preload(list(PRELOADED))
+    context.set_forkserver_preload([PRELOADED])
     _start_forkserver()
     watchdog = Watchdog(context, limits.memory_mb)
     about = (os.getpid(), watchdog.line, jobs)

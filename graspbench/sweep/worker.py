@@ -22,7 +22,7 @@ from graspbench.sweep.watchdog import own_memory, send
 from graspbench.threads import share_threads
 from graspbench.trial.runner import Listener, failed_result, fault_file, run_and_store
 
-PRELOADED = ("graspbench.sweep.worker", "graspbench.trial.pipeline")
+PRELOADED = "graspbench.sweep.preload"
 _TRACEBACK_BEFORE_TIMEOUT_S = 0.5
 # The watchdog sees memory that is used; far more, asked for at once, fails where it is asked for.
 _MAX_AT_ONCE_BYTES = 4 << 30

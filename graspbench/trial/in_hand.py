@@ -9,12 +9,19 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.config.trial_config import ManipulationConfig, TrialConfig
-from graspbench.manipulation import ManipulationResult, manipulate_object
+from graspbench.manipulation import (
+    ContactParameters,
+    GaitResult,
+    ManipulationResult,
+    check_gait,
+    gait_object,
+    manipulate_object,
+)
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
 from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
-from graspbench.results.physical_results import ManipulationSummary, PlayedResult
+from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.trial.clock import StageClock
@@ -56,20 +63,14 @@ def run_in_hand(
         if config.motion.map_range and folder is not None:
             with clock.stage("range"):
                 _write_range(config, trial, folder)
-        moved = clock.run(
-            "manipulation",
-            lambda: manipulate_object(
-                trial.hand,
-                trial.plan.grasp,
-                trial.surfaces[-1],
-                config.motion,
-                config.clik,
-                contact,
-                gravity=config.scene.gravity,
-            ),
-        )
-        played = _play(config, trial, moved, clock)
-        reason = f"played in physics: {played.reason}" if played is not None and played.reason else None
+        moved = clock.run("manipulation", lambda: _move(config, trial, contact))
+        checked = None
+        if isinstance(moved, GaitResult):
+            checked = clock.run("check", lambda: _check(config, trial, contact, moved))
+        reason = f"the check of the gait: {checked.violations[0]}" if checked and checked.violations else None
+        played = None if reason else _play(config, trial, moved, clock)
+        if played is not None and played.reason:
+            reason = f"played in physics: {played.reason}"
         result = dataclasses.replace(
             started,
             status="failed" if reason else "done",
@@ -79,6 +80,7 @@ def run_in_hand(
             planned=planned_result(config.planner_name, trial.plan),
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
+            gait=checked,
             in_hand=None if played is None else _played_result(played),
         )
         with clock.stage("record"):
@@ -94,6 +96,25 @@ def run_in_hand(
         with clock.stage("pictures"):
             _draw(config, trial, moved, played, folder)
     return result
+
+
+def _move(config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters) -> ManipulationResult:
+    """Plan the motion, by finger gaiting if that is asked for."""
+    start = trial.hand, trial.plan.grasp, trial.surfaces[-1]
+    gravity = config.scene.gravity
+    if config.motion.gait.angle_deg != 0.0:
+        return gait_object(*start, config.motion.gait, config.clik, contact, gravity=gravity)
+    return manipulate_object(*start, config.motion, config.clik, contact, gravity=gravity)
+
+
+def _check(
+    config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters, moved: GaitResult
+) -> GaitFigures:
+    """Check a gait independently of its planning."""
+    start = trial.hand, trial.plan.grasp, trial.surfaces[-1]
+    found = check_gait(*start, moved, contact, gravity=config.scene.gravity)
+    figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
+    return GaitFigures(turns=moved.turns, steps=len(moved.steps), verified=not found.violations, **figures)
 
 
 def _write_range(config: ManipulationConfig, trial: PlannedTrial, folder: Path) -> None:

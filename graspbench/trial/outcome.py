@@ -15,6 +15,7 @@ from graspbench.reconstruction import Surface
 from graspbench.results.about import picked
 from graspbench.results.grasp_results import (
     ContactResult,
+    ExploredResult,
     FormedResult,
     GlobalGraspResult,
     LocalResult,
@@ -92,6 +93,24 @@ def strengthened_result(trial: "PlannedTrial", quality: QualityParameters) -> St
         measures=_measures(instead.grasp, trial.surfaces[-1], quality),
     )
     return found
+
+
+def explored_result(trial: "PlannedTrial") -> ExploredResult | None:
+    """Return what exploring grasps felt, and the one that is executed; None where none was made."""
+    found = trial.explored
+    if found is None:
+        return None
+    told: ExploredResult = picked(
+        ExploredResult,
+        found,
+        **_grasp(found.grasp),
+        **found.quality._asdict(),
+        **_verification(trial, found.grasp),
+        grasps=len(found.felt),
+        value=found.felt[found.best],
+        first=found.felt[0],
+    )
+    return told
 
 
 _FORMED = (0.5, 0.8, 1.0)

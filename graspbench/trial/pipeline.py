@@ -30,9 +30,11 @@ from graspbench.simulation.exploration import FeltParts
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
+from graspbench.trial.exploring import explored
 from graspbench.trial.felt import felt_result, shift_unseen, true_q3
 from graspbench.trial.outcome import (
     execution_result,
+    explored_result,
     global_results,
     local_result,
     object_result,
@@ -72,6 +74,9 @@ def run_grasp(
         restarted = _restart(config, trial, clock)
         refined = _refine(config, trial, restarted, clock)
         best = _plan_global(config, trial, restarted, refined, clock)
+        if trial.scene is not None:
+            shift_unseen(trial.scene.world, config.scene, config.seed)
+        trial = explored(config, trial, best, clock)
         way = way_to_grasp(config, trial, clock)
         trial = way.trial
         with clock.stage("record"):
@@ -208,7 +213,6 @@ def _execute(config: TrialConfig, way: Way, clock: StageClock) -> ExecutionResul
     with clock.stage("execution"):
         friction = tip_friction(config.execution, config.quality, trial.surfaces[-1])
         ride = None if trial.followed is None else trial.followed.begin()
-        shift_unseen(trial.scene.world, config.scene, config.seed)
         return execute_grasp(
             trial.scene.world,
             trial.hand,
@@ -239,6 +243,7 @@ def _result(
         object=object_result(trial),
         planned=planned_result(config.planner_name, trial.plan),
         strengthened=strengthened_result(trial, quality),
+        explored=explored_result(trial),
         local=local,
         restarted=None if restarted is None else restarted_result(restarted),
         global_=optima,
@@ -287,6 +292,8 @@ def _record_paths(
     paths: tuple[FingertipPath, ...],
     motion: JointPath,
 ) -> None:
+    if trial.explored is not None:
+        log.grasp(trial.explored.grasp, "explored")
     for measure, found in best.items():
         if found.grasp is not None:
             log.grasp(found.grasp, f"global-{measure}")

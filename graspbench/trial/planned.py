@@ -35,6 +35,7 @@ from graspbench.trial.moving import FollowedObject, follow_object
 if TYPE_CHECKING:
     from graspbench.simulation import World
     from graspbench.simulation.execution_result import Motion
+    from graspbench.trial.exploring import Explored
     from graspbench.trial.strengthening import Strengthened
 
 
@@ -68,6 +69,7 @@ class PlannedTrial:
         plan: What the planner found.
         followed: The moving object, if it moves; then all of the above is as at its reference time.
         strengthened: What is executed in place of the plan's grasp; None where that is executed.
+        explored: What exploring grasps felt, the best of which is executed in place of both.
     """
 
     name: str
@@ -80,10 +82,13 @@ class PlannedTrial:
     plan: Plan
     followed: FollowedObject | None = None
     strengthened: "Strengthened | None" = None
+    explored: "Explored | None" = None
 
     @property
-    def executed(self) -> "Plan | Strengthened":
+    def executed(self) -> "Plan | Strengthened | Explored":
         """Whose grasp and history are executed."""
+        if self.explored is not None:
+            return self.explored
         return self.plan if self.strengthened is None else self.strengthened
 
 

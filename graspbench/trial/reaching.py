@@ -14,7 +14,7 @@ from graspbench.simulation.mounts.choice import Carrier
 from graspbench.simulation.phases import palm_task, plan_phases
 from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial
-from graspbench.trial.strengthening import Strengthened, carries, strengthened
+from graspbench.trial.strengthening import Strengthened, carries_object, strengthened
 
 MAX_TRIED = 16
 """So many more of the planner's grasps are tried when no way leads to any of them."""
@@ -80,7 +80,7 @@ def _to_another(config: TrialConfig, trial: PlannedTrial, refused: PlanningError
         found = timed.found
         if tried > MAX_TRIED:
             break
-        if found.grasp is trial.executed.grasp or not carries(config, trial, found.grasp):
+        if found.grasp is trial.executed.grasp or not carries_object(config, trial, found.grasp):
             continue
         tried += 1
         history = (*found.history, found.grasp)
@@ -100,9 +100,9 @@ def _to_another(config: TrialConfig, trial: PlannedTrial, refused: PlanningError
 
 def _instead(config: TrialConfig, trial: PlannedTrial, plan: Plan) -> Way:
     """Return the way to another of the planner's grasps, which is strengthened as the first one would be."""
-    other = strengthened(config, replace(trial, plan=plan, strengthened=None), StageClock())
+    other = strengthened(config, replace(trial, plan=plan, strengthened=None, explored=None), StageClock())
     executed = other.strengthened or Strengthened(plan.grasp, plan.history, plan.quality, False, False)
-    taken = replace(trial, strengthened=replace(executed, for_way=True))
+    taken = replace(trial, strengthened=replace(executed, for_way=True), explored=None)
     way = Way(taken, *_approach(config, taken), config.arm)
     return way if config.arm.urdf is None else _placed(config, way)
 

@@ -22,13 +22,13 @@ from graspbench.planning import (
     PlanningProblem,
     make_index,
     make_planner,
-    payload_n,
     plan_with,
     refine,
 )
 from graspbench.planning.constraint import HandConstraint
-from graspbench.planning.loaded_hand import Carried, LoadedHand
+from graspbench.planning.loaded_hand import LoadedHand
 from graspbench.planning.merit import quality_of
+from graspbench.planning.payload import carries, payload_n
 from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial
 
@@ -89,14 +89,16 @@ def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
     return replace(trial, strengthened=instead)
 
 
-def carries(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
+def carries_object(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
     """Tell whether a grasp of the planner's carries the object, with the margin of one that is looked for."""
     safety = config.execution.payload_safety
     if safety == 0.0 or config.execution.until in ("off", "contact"):
         return True
     assert trial.scene is not None
     weight_n = trial.scene.model.mass_kg * config.scene.gravity
-    return _carried_by(_carried_weight(config, trial), grasp) >= MARGIN * safety * weight_n
+    assert grasp.posture is not None
+    wanted_n = MARGIN * safety * weight_n
+    return _Load(config, trial).carried(grasp.posture, grasp.points, grasp.normals, wanted_n)
 
 
 def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> tuple[Plan, HandConstraint]:
@@ -105,11 +107,11 @@ def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> 
     if safety == 0.0:
         return trial.plan, trial.checker
     assert trial.scene is not None
-    carried, mass_kg = _carried_weight(config, trial), trial.scene.model.mass_kg
-    planned_n, wanted_n = _carried_by(carried, trial.plan.grasp), safety * mass_kg * gravity
+    load, mass_kg = _Load(config, trial), trial.scene.model.mass_kg
+    planned_n, wanted_n = load.carried_n(trial.plan.grasp), safety * mass_kg * gravity
 
     def loaded(margin: float) -> LoadedHand:
-        return LoadedHand(trial.checker, carried, margin * wanted_n)
+        return LoadedHand(trial.checker, load.carried, margin * wanted_n)
 
     if planned_n >= MARGIN * wanted_n:
         return trial.plan, loaded(1.0)
@@ -160,7 +162,7 @@ def _barely_holds(config: TrialConfig, trial: PlannedTrial, plan: Plan) -> bool:
 def _carries_with_ease(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
     assert trial.scene is not None
     weight_n = trial.scene.model.mass_kg * config.scene.gravity
-    return _carried_by(_carried_weight(config, trial), grasp) >= EASE * weight_n
+    return _Load(config, trial).carried_n(grasp) >= EASE * weight_n
 
 
 def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandConstraint) -> Grasp:
@@ -174,19 +176,20 @@ def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandC
     return found.grasp if found.value > found.start_value else grasp
 
 
-def _carried_weight(config: TrialConfig, trial: PlannedTrial) -> Carried:
-    """Return what tells the weight that the hand carries with contacts on the finished surface."""
-    quality, surface = config.quality, trial.surfaces[-1]
-    length_m = quality.torque_length_m(surface.points, surface.centroid)
-    torsion_m = quality.torsion(length_m) * length_m if quality.contact in WITH_TORSION else 0.0
+class _Load:
+    """What tells the weight that the hand carries with contacts on the finished surface."""
 
-    def carried(posture: HandPosture, points: FloatArray, normals: FloatArray) -> float:
-        centre = surface.centroid
-        return payload_n(trial.hand, posture, points, -normals, centre, quality.friction, torsion_m)
+    def __init__(self, config: TrialConfig, trial: PlannedTrial) -> None:
+        quality, surface = config.quality, trial.surfaces[-1]
+        length_m = quality.torque_length_m(surface.points, surface.centroid)
+        torsion_m = quality.torsion(length_m) * length_m if quality.contact in WITH_TORSION else 0.0
+        self._hand, self._given = trial.hand, (surface.centroid, quality.friction, torsion_m)
 
-    return carried
+    def carried(self, posture: HandPosture, points: FloatArray, normals: FloatArray, weight_n: float) -> bool:
+        """Tell whether a posture with contacts and outward normals, shape (n_f, 3) each, carries a weight."""
+        return carries(self._hand, posture, points, -normals, *self._given, weight_n)
 
-
-def _carried_by(carried: Carried, grasp: Grasp) -> float:
-    assert grasp.posture is not None
-    return carried(grasp.posture, grasp.points, grasp.normals)
+    def carried_n(self, grasp: Grasp) -> float:
+        """Return the largest weight that a grasp carries, N."""
+        assert grasp.posture is not None
+        return payload_n(self._hand, grasp.posture, grasp.points, -grasp.normals, *self._given)

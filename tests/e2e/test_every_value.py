@@ -20,7 +20,8 @@ COARSE = (
     "surface.meridians=14", "surface.parallels=13", "camera.width=240", "camera.height=180", "camera.fx=260",
     "camera.fy=260", "stations.outer.count=5", "stations.inner.count=0", "search.time_limit_s=0.2",
     "object=sphere", "planner.planes=3", "planner.candidates=2", "planner.refine.jumps=1",
-    "record.level=scores", "record.pictures=false", "execution.hold_time_s=0.05",
+    "record.level=scores", "record.pictures=false", "execution.squeeze_time_s=0.2",
+    "execution.lift_time_s=0.3", "execution.rotation_time_s=0.3", "execution.hold_time_s=0.05",
     "execution.shake_time_s=0.1", "execution.push_time_s=0.05",
 )  # fmt: skip
 

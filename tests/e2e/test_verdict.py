@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from graspbench.cli.verdict import verdict
-from graspbench.results.grasp_results import StrengthenedResult
+from graspbench.results.grasp_results import ExploredResult, StrengthenedResult
 from graspbench.results.physical_results import PhaseResult
 from tests.report.made import EXECUTED, made_result
 
@@ -54,4 +54,17 @@ def test_it_says_that_another_grasp_than_the_planned_one_was_executed():
     assert said == (
         f"{verdict(planned)} A strengthened grasp was executed, of Q3 0.25 where the planned one's is "
         f"{planned.local.q3:.2g}."
+    )
+
+
+def test_it_says_that_exploring_grasps_chose():
+    felt = ExploredResult(
+        q1=0.5, q2=1.0, q3=0.13, measure="q3", grasps=3, candidates=9, value=0.15, first=0.11,
+        felt=(0.11, 0.15, 0.12),
+        foreseen=(0.12, 0.13, 0.13), best=1, bound=None, ended="number", moved_mm=0.1, time_s=4.0,
+    )  # fmt: skip
+    planned = made_result("00000000aa")
+    assert verdict(replace(planned, explored=felt)) == (
+        f"{verdict(planned)} Of 3 exploring grasps the best was executed; "
+        "it felt a Q3 of 0.15, the first 0.11."
     )

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from graspbench.grasp.internal_forces import friction_reserve, internal_forces
+from graspbench.grasp.internal_forces import ForceBalance, friction_reserve, internal_forces
 
 
 def on_circle(angles, radius=0.03):
@@ -106,3 +106,16 @@ def test_friction_in_reserve_of_contacts_on_a_cone_is_what_its_slope_leaves(slop
 def test_contacts_that_do_not_balance_have_nothing_in_reserve():
     points = 0.03 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.7, 0.7, 0.0]])
     assert friction_reserve(points, -points / 0.03, 0.5) == -1.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-1.0, 1.0))
+def test_what_was_left_before_changes_the_way_and_not_the_answer(seed, near):
+    generator = np.random.default_rng(seed)
+    points, normals = on_circle(2 * np.pi * np.arange(3) / 3 + generator.uniform(-0.7, 0.7, 3))
+    balance = ForceBalance(points, normals, generator.uniform(0.1, 0.8))
+    weight = generator.normal(size=3)
+    forces, left = balance.forces(3.0, weight)
+    again, left_again = balance.forces(3.0, weight, near)
+    assert left_again == left
+    np.testing.assert_array_equal(again, forces)

@@ -12,8 +12,9 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.hand import HandParameters, HandPosture, load_hand
 from graspbench.manipulation import charts
 from graspbench.manipulation.clik import ClikParameters
+from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.held_object import hand_tree, hold_object
-from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
+from graspbench.manipulation.manipulate import manipulate_object
 from graspbench.manipulation.motion import MotionParameters
 from graspbench.manipulation.reach import MAX_ROTATION_DEG, MAX_TRANSLATION_M, follow, reachable_range
 from graspbench.reconstruction.network import build_network

@@ -7,8 +7,9 @@ from graspbench.errors import ManipulationError
 from graspbench.grasp.soft_pad import PadParameters, limit_use
 from graspbench.manipulation import charts
 from graspbench.manipulation.clik import ClikParameters
+from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.forces import ForceDistribution, ForceParameters, contact_frame
-from graspbench.manipulation.manipulate import ContactParameters, manipulate_object
+from graspbench.manipulation.manipulate import manipulate_object
 from graspbench.manipulation.motion import MotionParameters
 from tests.manipulation.boxes import TRIPOD, box_hand
 from tests.manipulation.test_forces import wrench_of

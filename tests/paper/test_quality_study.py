@@ -7,7 +7,7 @@ from scipy.stats import spearmanr
 
 from graspbench.errors import ConfigurationError
 from graspbench.paper.quality_study import quality_study
-from graspbench.paper.study.analysis import BEST, COMBINED, analyse
+from graspbench.paper.study.analysis import BEST, COMBINED
 from graspbench.paper.study.cases import case
 from graspbench.paper.study.combination import Features, fitted, logistic, ridge
 from graspbench.paper.study.statistics import (
@@ -122,9 +122,16 @@ def test_the_logistic_combination_is_at_its_optimum(strength):
     assert abs(residual.sum()) < 2e-3
 
 
-def test_the_combination_finds_what_decides_together_and_the_best_alone_does_not():
-    frame = made_up()
-    rows = {row["predictor"]: row for row in analyse(frame).rows}
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory):
+    """The study of a made-up table: what it says, and its folder."""
+    output = tmp_path_factory.mktemp("study")
+    write_table(made_up(), output / "grasps.parquet")
+    return quality_study(output, (), 1, None, lambda _: None), output
+
+
+def test_the_combination_finds_what_decides_together_and_the_best_alone_does_not(studied):
+    rows = {row["predictor"]: row for row in studied[0].document["rows"]}
     assert rows[COMBINED]["spearman"] > rows[BEST]["spearman"] + 0.1
     assert rows[COMBINED]["auc"] > 0.9 > rows["q3"]["auc"]
     assert abs(rows["q1"]["spearman"]) < 0.2
@@ -164,11 +171,8 @@ def test_cases_are_drawn_by_their_number_alone():
     assert len({each.friction for each in first}) == len({each.mass_kg for each in first}) == 3
 
 
-def test_the_study_is_drawn_from_a_table_without_physics(tmp_path):
-    output = tmp_path / "study"
-    output.mkdir()
-    write_table(made_up(), output / "grasps.parquet")
-    done = quality_study(output, (), 1, None, lambda _: None)
+def test_the_study_is_drawn_from_a_table_without_physics(studied):
+    done, output = studied
     names = {path.name for path in output.iterdir()}
     assert {"predictors.md", "predictors.tex", "conditions.csv", "quality_study.png", "result.json"} <= names
     assert done.document["counts"]["grasps"] == 240

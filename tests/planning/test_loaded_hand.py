@@ -33,7 +33,7 @@ class Hand:
 
 
 def loaded(wanted_n, *, holds=True):
-    return LoadedHand(Hand(holds), lambda posture, points, normals: 3.0, wanted_n)
+    return LoadedHand(Hand(holds), lambda posture, points, normals, weight_n: weight_n <= 3.0, wanted_n)
 
 
 @pytest.mark.parametrize(("wanted_n", "held"), [(2.9, True), (3.0, True), (3.1, False)])

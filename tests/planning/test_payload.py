@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graspbench.hand.posture import HandPosture
-from graspbench.planning.payload import payload_n
+from graspbench.planning.payload import carries, payload_n
 
 EFFORT = 3.0
 
@@ -78,3 +78,20 @@ def test_soft_fingers_carry_what_hangs_beside_a_line_of_three():
     given = (sliding_hand(3), posture(3), points, normals, np.array([0.0, 0.004, 0.0]), 0.5)
     assert payload_n(*given) < 1e-6
     assert payload_n(*given, 0.004) > 1.0
+
+
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("torsion_m", [0.0, 0.004])
+def test_whether_a_weight_is_carried_is_what_the_largest_one_says(n, torsion_m):
+    random, told = np.random.default_rng(n), []
+    for _ in range(12):
+        points, normals = opposed(n)
+        points = points + random.normal(scale=0.004, size=points.shape)
+        normals = normals + random.normal(scale=0.3, size=normals.shape)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        given = (sliding_hand(n, random.uniform(0.5, 3.0)), posture(n), points, normals, np.zeros(3), 0.5)
+        most = payload_n(*given, torsion_m)
+        told += [carries(*given, torsion_m, share * most) for share in (0.5, 0.999)]
+        assert not carries(*given, torsion_m, 1.001 * most + 1e-6)
+    assert all(told)
+    assert not carries(*given[:3], normals[[0] * n], *given[4:], torsion_m, 1.0)

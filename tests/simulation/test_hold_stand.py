@@ -6,9 +6,11 @@ import numpy as np
 import pybullet
 import pytest
 
+from graspbench.config.trial_config import load_config
 from graspbench.evaluation.bodies import HandBodies
 from graspbench.evaluation.judge import Judge
 from graspbench.evaluation.protocols.protocol import stages_of
+from graspbench.hand import load_hand
 from graspbench.simulation.hold_stand import GRAVITY_M_S2, HoldStand
 from graspbench.simulation.phases import smooth
 from tests.evaluation.test_judge import above_ball, ball, radial
@@ -43,6 +45,21 @@ def test_a_grip_without_load_stays_as_it_closed(offset_mm, grasp):
         assert drift.moved_m < 5e-5
         assert drift.turned_deg < 0.1
         assert drift.slip_m < 5e-5
+
+
+def test_a_finger_that_takes_no_part_stays_where_it_is():
+    # Its description states damping of up to 10 N m s/rad, which no light link stands from step to step.
+    hand = load_hand(load_config(["hand=allegro", "hand.fingers=3"]).hand)
+    with HoldStand(hand, ball()) as stand:
+        physics = stand._physics
+        away = np.eye(4)
+        away[0, 3] = 1.0
+        physics.put(np.eye(4), hand.rest + 0.05, away)
+        for _ in range(150):
+            physics.step(np.eye(4), hand.rest)
+        joints, speeds = physics.fingers.state()
+    assert np.abs(speeds).max() < 0.1
+    np.testing.assert_allclose(joints, hand.rest, atol=5e-3)
 
 
 def test_contacts_at_rest_bear_exactly_the_springs_torques(grasp):

@@ -1,4 +1,4 @@
-"""A finger whose joints follow each other presses with what its torque makes, however light its links are."""
+"""A finger presses with what its torque makes, however light its links, and whether joints follow or not."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.mounts.floating import FloatingWrist
 from graspbench.simulation.simulated_hand import SimulatedHand
 from graspbench.simulation.tip_friction import TipFriction
-from tests.hand.small_hands import INERTIAL, PALM, fingers, one_joint_coupled, written
+from tests.hand.small_hands import INERTIAL, PALM, fingers, one_joint_coupled, two_joints, written
 
 STONE_M, TORQUE_NM = 0.004, 0.4
 LIGHT = INERTIAL.replace("0.03", "0.004").replace("1e-5", "5e-7")
@@ -21,8 +21,9 @@ def inertial(request):
     return request.param
 
 
-def test_a_finger_presses_with_what_its_torque_makes(tmp_path, inertial):
-    text = PALM + fingers(2, one_joint_coupled).replace(INERTIAL, inertial)
+@pytest.mark.parametrize("kind", [one_joint_coupled, two_joints])
+def test_a_finger_presses_with_what_its_torque_makes(tmp_path, inertial, kind):
+    text = PALM + fingers(2, kind).replace(INERTIAL, inertial)
     hand = load_hand(
         HandParameters(
             name="small",

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -33,13 +34,18 @@ def stored(output):
 
 
 def members(group):
-    """Return the processes of a group but its leader."""
+    """Return the processes of a group but its leader, and but Python's resource tracker.
+
+    Whoever kills that one hears from the next, which knows nothing of what it is told to forget: a traceback
+    of Python's own, of which nothing comes.
+    """
     found = []
     for name in filter(str.isdigit, os.listdir("/proc")):
         try:
-            if os.getpgid(int(name)) == group and int(name) != group:
+            ours = os.getpgid(int(name)) == group and int(name) != group
+            if ours and "resource_tracker" not in Path(f"/proc/{name}/cmdline").read_text():
                 found.append(int(name))
-        except ProcessLookupError:
+        except (ProcessLookupError, FileNotFoundError):
             continue
     return found
 

@@ -1,18 +1,20 @@
 """Climbing a measure: from a grasp to the best of its neighbours, until none is better."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from graspbench.arrays import IntArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.grasp.configuration import Grasp
+from graspbench.hand.posture import HandPosture
 from graspbench.planning.search.layout import Layout
 from graspbench.planning.search.objectives import Objective
 from graspbench.planning.search.referee import Referee
 
 SAMPLES = 8192
-AT_ONCE = 8
+AT_ONCE, MAX_MEASURED = 8, 256
+"""Grasps of which the best is tried first, and grasps that are measured together while none is found."""
 
 PROGRESS = 1.0 + 1e-9
 """A grasp is better by more than this factor: less than rounding is no progress."""
@@ -82,22 +84,31 @@ class Climber:
         order = np.argsort(-promise, kind="stable")
         posture = origin.grasp.posture if self._follow and origin.grasp is not None else None
         found: Place | None = None
-        for first in range(0, len(order), AT_ONCE):
-            some = order[first : first + AT_ONCE]
-            some = some[promise[some] > floor]
-            if not len(some):
-                break
-            values = self._objective.evaluate(grasps[some], floor)
-            for k in np.argsort(-values, kind="stable"):
-                if not values[k] > floor:
-                    break
-                leaves = grasps[some[k]]
-                grasp = self._referee.hold(self._layout.nodes[leaves], posture)
-                if grasp is not None:
-                    floor = float(values[k])
-                    found = Place(leaves, floor, grasp, origin.steps + 1)
-                    break
+        order = order[promise[order] > floor]
+        first, count = 0, AT_ONCE
+        while first < len(order) and promise[order[first]] > floor:
+            some = grasps[order[first : first + count]]
+            values = self._objective.evaluate(some, floor)
+            first, count = first + count, min(2 * count, MAX_MEASURED)
+            for begin in np.unique(np.flatnonzero(values > floor) // AT_ONCE) * AT_ONCE:
+                part = slice(begin, begin + AT_ONCE)
+                better = self._best_held(some[part], values[part], floor, posture)
+                if better is not None:
+                    found = replace(better, steps=origin.steps + 1)
+                    floor, count = found.value, AT_ONCE
         return found
+
+    def _best_held(
+        self, grasps: IntArray, values: FloatArray, floor: float, posture: HandPosture | None
+    ) -> Place | None:
+        """Return the best of a few grasps above a floor that the hand holds."""
+        for k in np.argsort(-values, kind="stable"):
+            if not values[k] > floor:
+                break
+            grasp = self._referee.hold(self._layout.nodes[grasps[k]], posture)
+            if grasp is not None:
+                return Place(grasps[k], float(values[k]), grasp)
+        return None
 
 
 class ContactsInTurn:

@@ -9,6 +9,7 @@ from graspbench.planning.search.bounds import Q1, Q2, Q3, bound_tuples, largest_
 from graspbench.planning.search.covering import standing_grasps
 from graspbench.planning.search.layout import Layout, single_grasps
 from graspbench.planning.search.planar import bound_planar, planar_grasps, planar_promise
+from graspbench.planning.search.refuting import WeakDirections
 from graspbench.planning.search.tables import even_directions
 
 FEW = 4096
@@ -71,6 +72,7 @@ class WrenchObjective:
         self._limits = layout.limits / layout.torque_length
         self._covered = measure == "q3" and not self._minkowski
         self.few = FEW if self._covered else 1
+        self._weak = WeakDirections(layout.wrenches) if self._covered else None
 
     def bound(self, tuples: IntArray, bounds: FloatArray, lower: float) -> None:
         """See `Objective`."""
@@ -107,7 +109,11 @@ class WrenchObjective:
 
     def evaluate(self, tuples: IntArray, lower: float) -> FloatArray:
         """See `Objective`."""
-        return self._layout.measure(tuples, self._measure, lower)
+        if self._weak is None or lower <= 0.0:
+            return self._layout.measure(tuples, self._measure, lower)
+        values, standing = np.full(len(tuples), -np.inf), ~self._weak.refuted(tuples, lower)
+        values[standing] = self._layout.measure(tuples[standing], self._measure, lower)
+        return values
 
 
 class PlanarObjective:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +72,32 @@ def build_tree(arms: FloatArray, normals: FloatArray, normal_weight: float) -> C
 def _balls(points: FloatArray, span: IntArray, unit: bool = False) -> tuple[FloatArray, FloatArray]:
     """Return a ball around each cluster's points: its centre is the box's, or the mean direction."""
     centres, radii = np.empty((len(span), 3)), np.empty(len(span))
-    for k, (start, end) in enumerate(span):
-        part = points[start:end]
-        centre = part.mean(axis=0) if unit else 0.5 * (part.min(axis=0) + part.max(axis=0))
-        length = np.linalg.norm(centre)
-        if unit:
-            centre = centre / length if length > 1e-9 else part[0]
-        centres[k] = centre
-        radii[k] = np.sqrt(((part - centre) ** 2).sum(axis=1).max())
+    _fill_balls(np.ascontiguousarray(points), span, unit, centres, radii)
     return centres, radii
+
+
+@compiled
+def _fill_balls(
+    points: FloatArray, span: IntArray, unit: bool, centres: FloatArray, radii: FloatArray
+) -> None:
+    for k in range(span.shape[0]):
+        start, end = span[k, 0], span[k, 1]
+        square = 0.0
+        for c in range(3):
+            low, high, total = np.inf, -np.inf, 0.0
+            for m in range(start, end):
+                low, high = min(low, points[m, c]), max(high, points[m, c])
+                total += points[m, c]
+            centres[k, c] = total / (end - start) if unit else 0.5 * (low + high)
+            square += centres[k, c] ** 2
+        if unit:
+            length = np.sqrt(square)
+            for c in range(3):
+                centres[k, c] = centres[k, c] / length if length > 1e-9 else points[start, c]
+        largest = 0.0
+        for m in range(start, end):
+            square = 0.0
+            for c in range(3):
+                square += (points[m, c] - centres[k, c]) ** 2
+            largest = max(largest, square)
+        radii[k] = np.sqrt(largest)

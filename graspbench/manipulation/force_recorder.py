@@ -1,0 +1,79 @@
+"""Contact forces along a motion, computed at a lower rate while it runs."""
+
+import numpy as np
+
+from graspbench.arrays import FloatArray
+from graspbench.errors import ManipulationError
+from graspbench.manipulation.clik import Clik
+from graspbench.manipulation.contact_kinematics import ManipulationSystem
+from graspbench.manipulation.contact_parameters import ContactParameters
+from graspbench.manipulation.forces import ForceDistribution
+from graspbench.manipulation.held_object import HeldObject
+from graspbench.manipulation.motion import Trajectory
+from graspbench.manipulation.pad_compliance import PadCompliance
+
+
+class ForceRecorder:
+    """Computes contact forces at a lower rate while the motion runs; soft pads give way to them."""
+
+    def __init__(
+        self,
+        parameters: ContactParameters,
+        trajectory: Trajectory,
+        to_world: FloatArray,
+        step_s: float,
+        gravity: float,
+        system: ManipulationSystem,
+    ) -> None:
+        self.times: list[float] = []
+        self.forces: list[FloatArray] = []
+        self.torsions: list[FloatArray] = []
+        self.margins: list[float] = []
+        self._every = max(round(1.0 / (parameters.force_rate_hz * step_s)), 1)
+        self._step_s, self._trajectory = step_s, trajectory
+        self._mass = parameters.carried_kg
+        self._gravity = gravity * to_world.T @ np.array([0.0, 0.0, 1.0])
+        self._distribute = ForceDistribution(parameters.forces)
+        self.pads = PadCompliance(system, parameters.forces.pad) if parameters.kind == "soft_pad" else None
+        self.deflections: list[FloatArray] = []
+
+    def settled(self, held: HeldObject) -> HeldObject:
+        """Return the start with its pads loaded, if there are any and forces balance the weight."""
+        if self.pads is None:
+            return held
+        try:
+            found = self._distribute(held.system.state(held.joints, held.variables), self._load(0.0))
+        except ManipulationError:
+            return held
+        return self.pads.settled(held, found)
+
+    def watch(self, clik: Clik, period: int) -> None:
+        """Record the forces of a period, if they are due, and let the pads give way until the next one."""
+        if self.pads is not None:
+            self.deflections.append(self.pads.deflections)
+        if period % self._every == 0:
+            self._record(clik, period * self._step_s)
+        if self.pads is not None:
+            self.pads.pass_time((period % self._every + 1) / self._every)
+
+    def _record(self, clik: Clik, time_s: float) -> None:
+        self.times.append(time_s)
+        try:
+            found = self._distribute(clik.state, self._load(time_s))
+        except ManipulationError:
+            self.forces.append(np.full((clik.system.n_contacts, 3), np.nan))
+            self.torsions.append(np.full(clik.system.n_contacts, np.nan))
+            self.margins.append(float("nan"))
+            return
+        self.forces.append(found.forces)
+        self.torsions.append(found.torsions)
+        self.margins.append(found.smallest_margin)
+        if self.pads is not None:
+            self.pads.load(clik.state, found)
+
+    def _load(self, time_s: float) -> FloatArray:
+        """Return the wrench that the fingers have to apply to the object, shape (6,)."""
+        load = np.zeros(6)
+        # a point mass: the torque of a small object's angular acceleration is negligible here
+        load[:3] = self._mass * (self._trajectory(time_s).acceleration[:3] + self._gravity)
+        return load
