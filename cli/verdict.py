@@ -33,8 +33,8 @@ def _instead(result: "TrialResult") -> str:
     if instead is None or planned is None:
         return ""
     there = f"where the planned one's is {planned.q3:.2g}"
-    if instead.for_arm:
-        return f" The arm reaches another grasp, which was executed, of Q3 {instead.q3:.2g} {there}."
+    if instead.for_way:
+        return f" No way led to the planned grasp: another was executed, of Q3 {instead.q3:.2g} {there}."
     return f" A strengthened grasp was executed, of Q3 {instead.q3:.2g} {there}."
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from graspbench.config.trial_config import load_config
 from graspbench.errors import GraspbenchError
 from graspbench.hand import GraspChecker, HandModel, HandParameters, load_hand
+from graspbench.hand.completion import is_only_seen, touch_what_is_seen
 from graspbench.hand.files import find_urdf
+from graspbench.hand.importing.ranges import WIDE_DEG
 from graspbench.hand.verification import overlaps
 from graspbench.simulation.hand_comparison import compare_hand
 
@@ -22,8 +24,6 @@ TWO_FINGERS = "quality.contact=soft_finger"
 """Two points with friction hold no object: it turns about the line between them."""
 
 _TIP_M, _MASS_SHARE, _LENGTH_M = 1e-4, 0.01, 1e-6
-_WIDE_DEG = 170.0
-"""Few fingers' joints turn so far; some published files state such limits for want of the real ones."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,14 @@ def _file_findings(parameters: HandParameters) -> Iterator[Finding]:
     source, _ = find_urdf(parameters.urdf, parameters.package_dirs, parameters.name)
     robot = ElementTree.parse(source).getroot()
     links = robot.findall("link")
+    if is_only_seen(robot):
+        yield Finding(
+            "shapes",
+            "note",
+            "no link has a collision shape: the shapes that are seen stand for them; give <collision> shapes "
+            "in the file, or hand.collision.",
+        )
+        touch_what_is_seen(robot)
     bare = [link.get("name", "") for link in links if _massless(link) and link.find("collision") is not None]
     if bare:
         yield Finding(
@@ -97,12 +105,12 @@ def _file_findings(parameters: HandParameters) -> Iterator[Finding]:
             )
         else:
             yield Finding(limit, "ok", f"all {len(joints)} joints give a {limit} limit.")
-    wide = [joint.get("name", "") for joint in joints if _turn_deg(joint) >= _WIDE_DEG]
+    wide = [joint.get("name", "") for joint in joints if _turn_deg(joint) >= WIDE_DEG]
     if wide:
         yield Finding(
             "range",
             "note",
-            f"{len(wide)} of {len(joints)} joints turn by {_WIDE_DEG:.0f} deg or more ({_few(wide)}): where "
+            f"{len(wide)} of {len(joints)} joints turn by {WIDE_DEG:.0f} deg or more ({_few(wide)}): where "
             "these limits are not the real ones, correct them in the file and read it again, as the posture "
             "of a grasp is found within them, or give it with --posture.",
         )

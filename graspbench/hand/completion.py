@@ -49,6 +49,8 @@ def _complete(
     robot: ElementTree.Element, path: Path, package_dirs: tuple[Path, ...], parameters: HandParameters
 ) -> tuple[FingerDescription, ...]:
     hand = parameters.name
+    if is_only_seen(robot):
+        touch_what_is_seen(robot)
     for link in robot.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
@@ -59,6 +61,19 @@ def _complete(
     fingers = tuple(_with_centre(robot, finger, hand) for finger in parameters.chains)
     complete_inertias(robot, parameters.density_kg_m3, hand)
     return fingers
+
+
+def is_only_seen(robot: ElementTree.Element) -> bool:
+    """Tell whether no link has a collision shape, though some have shapes that are seen."""
+    return robot.find("link/collision") is None and robot.find("link/visual") is not None
+
+
+def touch_what_is_seen(robot: ElementTree.Element) -> None:
+    """Let the shapes that are seen stand for the collision shapes, in place."""
+    for link in robot.iter("link"):
+        for visual in link.findall("visual"):
+            collision = ElementTree.SubElement(link, "collision")
+            collision.extend(part for part in visual if part.tag in ("origin", "geometry"))
 
 
 def add_tip_spheres(

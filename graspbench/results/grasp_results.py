@@ -163,7 +163,7 @@ class RestartedResult(GraspResult):
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthenedResult(GraspResult):
-    """The grasp that was executed in place of one that would hardly have held, or that no arm reaches."""
+    """The grasp that was executed in place of one that would hardly have held, or that no way leads to."""
 
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
@@ -172,8 +172,8 @@ class StrengthenedResult(GraspResult):
         bool, About("Whether it was planned again, because the first grasp was too weak for the object")
     ]
     climbed: Annotated[bool, About("Whether it climbed Q3 from the planned grasp")]
-    for_arm: Annotated[
-        bool, About("Whether it was taken because the arm reaches the planned grasp from no place")
+    for_way: Annotated[
+        bool, About("Whether it was taken because no way leads to the planned grasp, or no arm reaches it")
     ] = False
     verified: Annotated[
         bool | None,

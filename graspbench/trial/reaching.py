@@ -1,4 +1,4 @@
-"""Base and grasp chosen together: the best of the planner's grasps that the arm reaches from some place."""
+"""The way to the grasp, and what carries the hand there: base and grasp are chosen together."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,7 +17,7 @@ from graspbench.trial.planned import PlannedTrial
 from graspbench.trial.strengthening import Strengthened, carries_object, strengthened
 
 MAX_TRIED = 16
-"""So many of the planner's grasps are tried when the arm reaches none of them."""
+"""So many more of the planner's grasps are tried when no way leads to any of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,12 @@ class Way:
 
 
 def way_to_grasp(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> Way:
-    """Plan the way to the grasp that is executed; with an arm, to the best grasp that it reaches.
+    """Plan the way to the grasp that is executed; where none leads there, to the next best of the planner's.
 
-    The arm's place is looked for around the object, for the whole of the task: approach, lift, turn and
-    shakes. Where no place will do, the next best of the planner's grasps that carries the object takes the
-    grasp's place. An object that moves is left to the execution: its task is known only then.
+    With an arm, its place is looked for around the object, for the whole of the task: approach, lift, turn
+    and shakes. Where the fingers find no way to the grasp, or the arm reaches it from no place, the next best
+    of the planner's grasps that carries the object takes the grasp's place. An object that moves is left to
+    the execution: its task is known only then.
 
     Args:
         config: What to run.
@@ -53,47 +54,57 @@ def way_to_grasp(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
         PlanningError: The hand cannot follow any way to its grasp.
         SimulationError: The arm reaches none of the grasps from any place.
     """
-    way = Way(trial, *clock.run("paths", partial(_approach, config, trial)), config.arm)
-    moving = trial.scene is None or trial.followed is not None
-    if config.arm.urdf is None or moving or config.execution.until == "off":
-        return way
-    with clock.stage("arm_placement"):
-        return _reached(config, way)
-
-
-def _reached(config: TrialConfig, first: Way) -> Way:
+    executed = trial.scene is not None and trial.followed is None and config.execution.until != "off"
+    refused: PlanningError | SimulationError
     try:
-        return _placed(config, first)
-    except SimulationError as error:
+        way = Way(trial, *clock.run("paths", partial(_approach, config, trial)), config.arm)
+    except PlanningError as error:
+        if not executed:
+            raise
         refused = error
-    trial, tried = first.trial, 1
+    else:
+        if not executed or config.arm.urdf is None:
+            return way
+        try:
+            with clock.stage("arm_placement"):
+                return _placed(config, way)
+        except SimulationError as error:
+            refused = error
+    with clock.stage("other_grasps"):
+        return _to_another(config, trial, refused)
+
+
+def _to_another(config: TrialConfig, trial: PlannedTrial, refused: PlanningError | SimulationError) -> Way:
+    tried = 1
     for timed in sorted(trial.plan.found, key=lambda timed: -timed.found.score):
         found = timed.found
-        if (
-            found.grasp is trial.executed.grasp
-            or tried >= MAX_TRIED
-            or not carries_object(config, trial, found.grasp)
-        ):
+        if tried > MAX_TRIED:
+            break
+        if found.grasp is trial.executed.grasp or not carries_object(config, trial, found.grasp):
             continue
         tried += 1
-        plan = replace(
-            trial.plan, grasp=found.grasp, history=(*found.history, found.grasp), quality=timed.quality
-        )
+        history = (*found.history, found.grasp)
+        plan = replace(trial.plan, grasp=found.grasp, history=history, quality=timed.quality)
         try:
             return _instead(config, trial, plan)
         except (PlanningError, SimulationError):
             continue
-    raise SimulationError(
-        f"{refused.what}, for none of {tried} grasp(s) that were planned", remedy=refused.remedy, tried=tried
-    )
+    if tried == 1:
+        raise refused
+    raise type(refused)(
+        f"{refused.what}, nor is there a way to {tried - 1} more of the grasps that were planned",
+        remedy=refused.remedy,
+        **refused.data | {"tried": tried},
+    ) from refused
 
 
 def _instead(config: TrialConfig, trial: PlannedTrial, plan: Plan) -> Way:
     """Return the way to another of the planner's grasps, which is strengthened as the first one would be."""
-    other = strengthened(config, replace(trial, plan=plan, strengthened=None), StageClock())
+    other = strengthened(config, replace(trial, plan=plan, strengthened=None, explored=None), StageClock())
     executed = other.strengthened or Strengthened(plan.grasp, plan.history, plan.quality, False, False)
-    taken = replace(trial, strengthened=replace(executed, for_arm=True))
-    return _placed(config, Way(taken, *_approach(config, taken), config.arm))
+    taken = replace(trial, strengthened=replace(executed, for_way=True), explored=None)
+    way = Way(taken, *_approach(config, taken), config.arm)
+    return way if config.arm.urdf is None else _placed(config, way)
 
 
 def _approach(config: TrialConfig, trial: PlannedTrial) -> tuple[tuple[FingertipPath, ...], JointPath]:

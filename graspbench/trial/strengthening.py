@@ -50,7 +50,7 @@ class Strengthened:
         quality: Its Q1, Q2 and Q3.
         for_weight: Whether it was planned again, because the first grasp was too weak for the object.
         climbed: Whether it climbed Q3.
-        for_arm: Whether it was taken because the arm reaches the planned grasp from no place.
+        for_way: Whether it was taken because no way leads to the planned grasp, or no arm reaches it.
     """
 
     grasp: Grasp
@@ -58,7 +58,7 @@ class Strengthened:
     quality: GraspQuality
     for_weight: bool
     climbed: bool
-    for_arm: bool = False
+    for_way: bool = False
 
 
 def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> PlannedTrial:

@@ -235,3 +235,20 @@ def test_three_parallel_joints_move_a_tip_in_a_plane(tmp_path):
     hand = own_hand(write_hand(tmp_path / "own.urdf", sideways="0 1 0"))
     assert hand.freedom.tolist() == [2, 2, 2]
     assert hand.places_by_wrist
+
+
+def test_what_is_seen_is_touched_where_nothing_else_could_be(tmp_path):
+    """Some published files have shapes to be seen only; others leave them out of what collides on purpose."""
+    whole = write_hand(tmp_path / "whole.urdf")
+    seen = tmp_path / "seen.urdf"
+    seen.write_text(whole.read_text().replace("collision>", "visual>"))
+    both = tmp_path / "both.urdf"
+    both.write_text(whole.read_text().replace(LOW, LOW.replace("collision>", "visual>")))
+    sizes = [len(own_hand(path).geometry.geometryObjects) for path in (whole, seen, both)]
+    assert sizes[1] == sizes[0]
+    assert sizes[2] == sizes[0] - 3
+    shapes = [
+        [(item.name, item.placement) for item in own_hand(path).geometry.geometryObjects]
+        for path in (whole, seen)
+    ]
+    assert shapes[0] == shapes[1]

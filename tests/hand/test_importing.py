@@ -4,6 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 import pytest
 
 from graspbench.errors import ConfigurationError, HandError
@@ -12,6 +13,8 @@ from graspbench.hand import load_hand
 from graspbench.hand.importing.guesses import guesses_of
 from graspbench.hand.importing.importer import Guesses, ImportedHand, import_hand
 from graspbench.hand.importing.mjcf import urdf_of_mjcf
+from graspbench.hand.importing.opposition_climb import beyond_tips
+from graspbench.hand.importing.ranges import usual_range
 from graspbench.hand.verification import overlaps
 from tests.hand.small_hands import (
     PALM,
@@ -112,6 +115,46 @@ def test_a_parallel_gripper_closes_between_its_fingers(tmp_path):
     left, right = sorted(found.hand.tip_positions(found.hand.preferred)[:, 0])
     assert right - left > 2 * found.hand.tip_radius_m
     assert_opposes(found)
+
+
+def test_wide_limits_do_not_curl_the_fingers_under_the_palm(tmp_path):
+    """Published files state half a turn for every joint where the real ones are not known."""
+    wide = (PALM + fingers(3, three_joints)).replace('lower="-0.8" upper="1.0"', 'lower="0" upper="3.1416"')
+    wide = wide.replace('lower="-0.2" upper="1.6"', 'lower="0" upper="3.1416"')
+    found = import_hand(written(tmp_path / "own.urdf", wide), "own", Guesses())
+    assert_opposes(found)
+    hand = found.hand
+    assert found.opposition.transform_palm_to_link[2, 2] > 0.85
+    tips = hand.tip_positions(hand.preferred)
+    for f in range(hand.n_fingers):  # no knuckle is farther from the palm than its tip
+        data = hand.model.createData()
+        pinocchio.forwardKinematics(hand.model, data, hand.preferred)
+        joint = hand.model.getJointId(hand.joint_names[hand.finger_joints(f)[-1]])
+        knuckle = np.linalg.inv(hand.transform_palm_to_root) @ data.oMi[joint].homogeneous
+        assert knuckle[2, 3] < tips[f, 2] + 0.01
+
+
+@pytest.mark.parametrize(
+    ("limits", "usual"),
+    [((0, 180), (0, 110)), ((-180, 0), (-110, 0)), ((-180, 180), (-55, 55)), ((-90, 90), (-55, 55)),
+     ((-30, 90), (-30, 90)), ((10, 200), (10, 200)), ((-45, 124), (-45, 124)), ((90, 360), (90, 200))],
+)  # fmt: skip
+def test_wide_ranges_are_drawn_in_towards_where_a_finger_is_straight(limits, usual):
+    lower, upper = np.radians(np.array(limits, dtype=float)).reshape(2, 1)
+    found = np.degrees(usual_range(lower, upper, np.array([True])))
+    np.testing.assert_allclose(found[:, 0], usual, atol=1e-9)
+    assert usual_range(lower, upper, np.array([False]))[1] == upper
+
+
+def test_what_is_beyond_the_tips_is_measured_across_their_plane():
+    tips = np.array([[0.03, 0.0, 0.1], [-0.03, 0.02, 0.1], [-0.03, -0.02, 0.1]])
+    centre, away = np.array([0.0, 0.0, 0.1]), np.array([0.01, 0.0, 0.1])
+    knuckles, palm = np.array([[[0.1, 0.2, 0.13]], [[0.0, 0.0, 0.02]]]), np.array([[0.0, 0.0, 0.0]])
+    assert beyond_tips(tips, knuckles, palm, centre, away) == pytest.approx(0.03)
+    assert beyond_tips(tips[:2], knuckles[1:], np.array([[0.0, 0.0, 0.15]]), centre, away) == pytest.approx(
+        0.05, abs=2e-3
+    )
+    assert beyond_tips(tips, knuckles[1:], palm, centre, away) == pytest.approx(-0.08)
 
 
 def test_what_is_given_is_kept(tmp_path):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from graspbench.errors import HandError
-from graspbench.hand.completion import name_meshes, parsed_urdf
+from graspbench.hand.completion import is_only_seen, name_meshes, parsed_urdf, touch_what_is_seen
 from graspbench.hand.files import find_urdf
 from graspbench.hand.importing.structure import find_structure
 
@@ -36,6 +36,8 @@ def without_arm(
     parents = {_end(joint, "child"): _end(joint, "parent") for joint in robot.findall("joint")}
     kept = {link.get("name", "") for link in robot.findall("link")}
     kept = {link for link in kept if structure.palm in _above(link, parents)}
+    if is_only_seen(robot):
+        touch_what_is_seen(robot)
     for link in robot.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)

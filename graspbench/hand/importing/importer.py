@@ -15,7 +15,7 @@ from graspbench.hand.files import find_urdf, write_urdf
 from graspbench.hand.importing.opposition import Opposition, find_opposition
 from graspbench.hand.importing.structure import FoundFinger, Structure, find_structure
 from graspbench.hand.importing.tips import FoundTip, LastLink, closing_sides, fit_tip, last_link
-from graspbench.hand.importing.trying import reached_share
+from graspbench.hand.importing.trying import is_better_with_two
 from graspbench.hand.loading import load_hand, read_urdf
 from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription, Vector3
@@ -117,9 +117,10 @@ def import_hand(path: Path, name: str, guesses: Guesses) -> ImportedHand:
     opposition = find_opposition(hand, [last.pad for last in lasts], 0.5 * guesses.object_m, approach)
     parameters = _with_opposition(bare, hand, opposition, guesses)
     found = load_hand(parameters)
-    if guesses.fingers is None and parameters.fingers == 3 and not reached_share(found, guesses.object_m):
-        parameters = replace(parameters, fingers=2)
-        found = load_hand(parameters)
+    if guesses.fingers is None and parameters.fingers == 3:
+        two = replace(parameters, fingers=2)
+        if is_better_with_two(found, load_hand(two), guesses.object_m):
+            parameters, found = two, load_hand(two)
     return ImportedHand(parameters, structure, tips, opposition, found)
 
 

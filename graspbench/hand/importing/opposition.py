@@ -11,19 +11,31 @@ from itertools import combinations
 import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
-from graspbench.hand.chains import VECTOR_OFFSET, VECTOR_RATIO
+from graspbench.hand.importing.drawing import (
+    APART,
+    BALANCE,
+    BESIDE,
+    DISTANCE_M,
+    PALM,
+    ROOM_M,
+    Drawn,
+    Limits,
+    combined,
+    draw,
+    facing_scores,
+    is_shared,
+    usual_limits,
+)
+from graspbench.hand.importing.opposition_climb import Seed, bent_together, best_climb
 from graspbench.hand.importing.palm import palm_distance, palm_frame, palm_shapes
 from graspbench.hand.model import HandModel
 from graspbench.hand.verification import overlaps
 
 _POSTURES, _CENTRES, _REFINED = 800, 200, 150
-_DISTANCE_M = 0.008
-_FACING, _COMFORT, _BALANCE, _PALM = 3.0, 1.2, 6.0, 4.0
 _TRIED, _RESTS, _GOOD = 40, 30, -1.5
-_BESIDE, _APART = 0.5, 2.0  # cosine between tips beyond which they count as beside each other
 _EDGE = 0.08
-_NUDGE, _FAR_FROM_SINGULAR = 1e-5, 0.025  # rad; m/rad
-_ROOM_M = 0.005
+_Rated = tuple[float, FloatArray, IntArray, tuple[int, ...]]
+"""Points (or a distance), the centre, the posture of each finger, and the fingers that oppose."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +61,6 @@ class Opposition:
     imbalance: float
 
 
-@dataclass(frozen=True)
-class _Drawn:
-    """Postures drawn: joints (n, n_q), tips and pads' normals (n, f, 3), comfort (n, f)."""
-
-    joints: FloatArray
-    tips: FloatArray
-    pads: FloatArray
-    comfort: FloatArray
-
-
 def find_opposition(
     hand: HandModel, pads: list[FloatArray], gap_m: float, approach: FloatArray | None = None
 ) -> Opposition:
@@ -71,21 +73,28 @@ def find_opposition(
         approach: Direction from the palm to the object in the palm link's frame; None to find it.
     """
     generator = np.random.default_rng(0)
+    limits = usual_limits(hand)
     shares = generator.uniform(_EDGE, 1.0 - _EDGE, (_POSTURES, hand.n_joints))
-    drawn = _draw(hand, pads, shares)
+    drawn = draw(hand, pads, shares, limits)
     best: tuple[float, FloatArray, IntArray, tuple[int, ...], float] | None = None
+    weak: list[_Rated] = []
     sizes = (2, 3) if hand.n_fingers > 2 else (2,)
     for gap in (gap_m, 0.7 * gap_m, 1.4 * gap_m):
-        found = _search(hand, drawn, gap + hand.tip_radius_m, sizes, generator, approach)
+        found, by_size = _search(hand, drawn, gap + hand.tip_radius_m, sizes, generator, approach)
+        weak += [(gap + hand.tip_radius_m, *each[1:]) for each in by_size]
         if best is None or found[0] > best[0] + 0.5:
             best = (*found, gap)
         if best[0] > _GOOD:
             break
     assert best is not None
     _, centre, chosen, fingers, gap = best
-    joints = _combined(hand, drawn, chosen)
-    if not _shared(hand):
-        finer = _refined(hand, pads, joints, centre, gap + hand.tip_radius_m, generator)
+    joints = combined(hand, drawn, chosen)
+    guessed = not (np.array_equal(limits[0], hand.lower) and np.array_equal(limits[1], hand.upper))
+    poor = best[0] <= _GOOD or bool(overlaps(hand, joints, fingers=fingers))
+    if guessed and poor and not is_shared(hand):
+        joints, centre, fingers = _climbed(hand, pads, limits, drawn, weak, generator, approach)
+    elif not is_shared(hand):
+        finer = _refined(hand, pads, joints, centre, gap + hand.tip_radius_m, generator, limits)
         if not overlaps(hand, finer, fingers=fingers) or overlaps(hand, joints, fingers=fingers):
             joints = finer
     tips = hand.tip_positions(joints)
@@ -102,89 +111,25 @@ def find_opposition(
     )
 
 
-def _draw(hand: HandModel, pads: list[FloatArray], shares: FloatArray) -> _Drawn:
-    joints = hand.lower + shares * (hand.upper - hand.lower)
-    n, count = len(joints), hand.n_fingers
-    tips, normals, comfort = np.zeros((n, count, 3)), np.zeros((n, count, 3)), np.zeros((n, count))
-    for f in range(count):
-        rotations, origins = _last_frames(hand, f, joints)
-        tips[:, f] = rotations @ hand.chains.tips[f] + origins
-        # The compiled chains turn joint frames so that z is the axis; pads are given in Pinocchio's.
-        normals[:, f] = rotations @ hand.turned(f).T @ pads[f]
-        comfort[:, f] = -np.mean((2.0 * shares[:, hand.finger_joints(f)] - 1.0) ** 2, axis=1)
-        comfort[:, f] -= _near_singular(hand, f, joints)
-    return _Drawn(joints, tips, normals, comfort)
-
-
-def _near_singular(hand: HandModel, f: int, joints: FloatArray) -> FloatArray:
-    """Return how near each posture of a finger is to a singularity, 0 (not at all) to 1, shape (n,)."""
-    columns = []
-    for i in hand.finger_joints(f):
-        ends = []
-        for step in (-_NUDGE, _NUDGE):
-            moved = joints.copy()
-            moved[:, i] += step
-            rotations, origins = _last_frames(hand, f, moved)
-            ends.append(rotations @ hand.chains.tips[f] + origins)
-        columns.append((ends[1] - ends[0]) / (2 * _NUDGE))
-    values = np.linalg.svd(np.stack(columns, axis=2), compute_uv=False)[:, hand.freedom[f] - 1]
-    return np.asarray(1.0 - np.minimum(values / _FAR_FROM_SINGULAR, 1.0))
-
-
-def _last_frames(hand: HandModel, f: int, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return rotations (n, 3, 3) and origins (n, 3) of a finger's last joint in the palm frame."""
-    chains, n = hand.chains, len(joints)
-    rotations, origins = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
-    for k in range(int(chains.counts[f])):
-        ratio, offset = chains.limits[f, k, VECTOR_RATIO : VECTOR_OFFSET + 1]
-        values = ratio * joints[:, chains.index[f, k]] + offset
-        origins = origins + rotations @ chains.fixed[f, k, :, 3]
-        rotations = rotations @ chains.fixed[f, k, :, :3]
-        if hand.slides(f, k):
-            origins = origins + values[:, None] * rotations[:, :, 2]
-            continue
-        turn = np.zeros((n, 3, 3))
-        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(values)
-        turn[:, 1, 0] = np.sin(values)
-        turn[:, 0, 1] = -turn[:, 1, 0]
-        turn[:, 2, 2] = 1.0
-        rotations = rotations @ turn
-    return rotations, origins
-
-
-def _shared(hand: HandModel) -> bool:
-    """Tell whether a joint moves several fingers, so that their postures are not free of each other."""
-    own = [set(hand.finger_joints(f).tolist()) for f in range(hand.n_fingers)]
-    return any(a & b for a, b in combinations(own, 2))
-
-
-def _scores(drawn: _Drawn, centre: FloatArray, distance: float) -> FloatArray:
-    """Say how well each posture of each finger faces the centre at a distance, shape (n, f)."""
-    towards = centre - drawn.tips
-    away = np.linalg.norm(towards, axis=2)
-    facing = np.sum(towards * drawn.pads, axis=2) / np.maximum(away, 1e-9)
-    wrong: FloatArray = np.clip(np.abs(away - distance) / _DISTANCE_M, 0.0, 6.0)
-    return np.asarray(-(wrong**2) - _FACING * (1.0 - facing) + _COMFORT * drawn.comfort)
-
-
 def _search(
     hand: HandModel,
-    drawn: _Drawn,
+    drawn: Drawn,
     distance: float,
     sizes: tuple[int, ...],
     generator: np.random.Generator,
     approach: FloatArray | None,
-) -> tuple[float, FloatArray, IntArray, tuple[int, ...]]:
+) -> tuple[_Rated, list[_Rated]]:
+    """Return the best opposition, and the best of each number of fingers."""
     rows = generator.integers(0, len(drawn.joints), _CENTRES)
     columns = np.arange(_CENTRES) % hand.n_fingers
     centres = drawn.tips[rows, columns] + distance * drawn.pads[rows, columns]
-    shared, palm = _shared(hand), palm_shapes(hand)
+    shared, palm = is_shared(hand), palm_shapes(hand)
     subsets = [each for size in sizes for each in combinations(range(hand.n_fingers), size)]
     lengths = np.array([len(subset) for subset in subsets])
     shares = np.array([[f in subset for f in range(hand.n_fingers)] for subset in subsets]) / lengths[:, None]
-    rated: list[tuple[float, FloatArray, IntArray, tuple[int, ...]]] = []
+    rated: list[_Rated] = []
     for centre in centres:
-        scores = _scores(drawn, centre, distance)
+        scores = facing_scores(drawn, centre, distance)
         if shared:
             chosen = np.full(hand.n_fingers, int(scores.sum(axis=1).argmax()))
         else:
@@ -192,29 +137,61 @@ def _search(
         every = np.arange(hand.n_fingers)
         values, tips = scores[chosen, every], drawn.tips[chosen, every]
         directions = (tips - centre) / np.maximum(np.linalg.norm(tips - centre, axis=1, keepdims=True), 1e-9)
-        blocked = _PALM * max(0.0, distance + _ROOM_M - palm_distance(hand, palm, centre)) / _DISTANCE_M
+        blocked = PALM * max(0.0, distance + ROOM_M - palm_distance(hand, palm, centre)) / DISTANCE_M
         if approach is not None and centre @ approach < 0.0:
-            blocked += _PALM
+            blocked += PALM
         imbalances = np.linalg.norm(shares @ directions, axis=1)
         # Three fingers are worth more than two, if they oppose as well.
-        close = np.maximum(directions @ directions.T - _BESIDE, 0.0)
+        close = np.maximum(directions @ directions.T - BESIDE, 0.0)
         beside = np.einsum("sf,fg,sg->s", shares > 0, close * (1.0 - np.eye(len(close))), shares > 0)
-        totals = shares @ values - _BALANCE * imbalances - blocked - 0.5 * (3 - lengths) - _APART * beside
+        totals = shares @ values - BALANCE * imbalances - blocked - 0.5 * (3 - lengths) - APART * beside
         rated += [
             (float(total), centre, chosen, subset) for total, subset in zip(totals, subsets, strict=True)
         ]
     rated.sort(key=lambda each: -each[0])
+    by_size = [next(each for each in rated if len(each[3]) == size) for size in sizes]
     for each in rated[:_TRIED]:
-        if not overlaps(hand, _combined(hand, drawn, each[2]), fingers=each[3]):
-            return each
-    return rated[0]
+        if not overlaps(hand, combined(hand, drawn, each[2]), fingers=each[3]):
+            return each, by_size
+    return rated[0], by_size
 
 
-def _combined(hand: HandModel, drawn: _Drawn, chosen: IntArray) -> FloatArray:
-    joints: FloatArray = drawn.joints[int(chosen[0])].copy()
-    for f in range(hand.n_fingers):
+def _climbed(
+    hand: HandModel,
+    pads: list[FloatArray],
+    limits: Limits,
+    drawn: Drawn,
+    weak: list[_Rated],
+    generator: np.random.Generator,
+    approach: FloatArray | None,
+) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
+    """Return joints, centre and fingers of the best opposition that is found by climbing from weak ones."""
+    seeds = [
+        Seed(combined(hand, drawn, chosen), centre, fingers, distance)
+        for distance, centre, chosen, fingers in weak
+    ]
+    subsets = list(dict.fromkeys(seed.fingers for seed in seeds))
+    for distance in dict.fromkeys(seed.distance_m for seed in seeds):
+        seeds += bent_together(hand, pads, limits, subsets, distance)
+    joints, centre, fingers = best_climb(hand, pads, limits, seeds, generator, approach)
+    return _with_others(hand, drawn, joints, centre, fingers), centre, fingers
+
+
+def _with_others(
+    hand: HandModel, drawn: Drawn, joints: FloatArray, centre: FloatArray, fingers: tuple[int, ...]
+) -> FloatArray:
+    """Return a posture whose other fingers face the centre too, as well as they can without overlaps."""
+    distance = float(np.linalg.norm(hand.tip_positions(joints)[list(fingers)] - centre, axis=1).mean())
+    scores, placed = facing_scores(drawn, centre, distance), list(fingers)
+    for f in (f for f in range(hand.n_fingers) if f not in fingers):
         own = hand.finger_joints(f)
-        joints[own] = drawn.joints[int(chosen[f]), own]
+        order = np.argsort(-scores[:, f], kind="stable")[:_TRIED]
+        tried = [joints.copy() for _ in order]
+        for each, row in zip(tried, order, strict=True):
+            each[own] = drawn.joints[row, own]
+        placed.append(f)
+        fitting = (each for each in tried if not overlaps(hand, each, fingers=tuple(placed)))
+        joints = next(fitting, tried[0])
     return joints
 
 
@@ -225,17 +202,18 @@ def _refined(
     centre: FloatArray,
     distance: float,
     generator: np.random.Generator,
+    limits: Limits,
 ) -> FloatArray:
     """Improve each finger's posture by itself, by smaller and smaller random changes."""
-    ranges = hand.upper - hand.lower
-    now = (joints - hand.lower) / ranges
+    lower, ranges = limits[0], limits[1] - limits[0]
+    now = (joints - lower) / ranges
     for width in (0.1, 0.03):
         tried = np.clip(now + width * generator.standard_normal((_REFINED, len(now))), _EDGE, 1.0 - _EDGE)
         tried[0] = np.clip(now, _EDGE, 1.0 - _EDGE)
-        drawn = _draw(hand, pads, tried)
-        chosen = _scores(drawn, centre, distance).argmax(axis=0)
-        now = (_combined(hand, drawn, chosen) - hand.lower) / ranges
-    return np.asarray(hand.lower + now * ranges)
+        drawn = draw(hand, pads, tried, limits)
+        chosen = facing_scores(drawn, centre, distance).argmax(axis=0)
+        now = (combined(hand, drawn, chosen) - lower) / ranges
+    return np.asarray(lower + now * ranges)
 
 
 def _subsets(hand: HandModel, directions: FloatArray, best: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
@@ -254,13 +232,13 @@ def _subsets(hand: HandModel, directions: FloatArray, best: tuple[int, ...]) -> 
     return found
 
 
-def _rest(hand: HandModel, drawn: _Drawn, centre: FloatArray) -> FloatArray:
+def _rest(hand: HandModel, drawn: Drawn, centre: FloatArray) -> FloatArray:
     """Return the posture in which every finger is farthest from the object and from the other fingers."""
     away = np.linalg.norm(drawn.tips - centre, axis=2)
-    if _shared(hand):
+    if is_shared(hand):
         away = np.repeat(away.sum(axis=1, keepdims=True), hand.n_fingers, axis=1)
     order = np.argsort(-away, axis=0, kind="stable")
     for chosen in order[:_RESTS]:
-        if not overlaps(hand, joints := _combined(hand, drawn, chosen)):
+        if not overlaps(hand, joints := combined(hand, drawn, chosen)):
             return joints
-    return _combined(hand, drawn, order[0])
+    return combined(hand, drawn, order[0])

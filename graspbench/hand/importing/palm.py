@@ -15,7 +15,7 @@ def palm_frame(
     hand: HandModel, centre: FloatArray, tips: FloatArray, approach: FloatArray | None
 ) -> FloatArray:
     """Return the palm frame: z across the opposing tips, away from the palm; its origin on the palm."""
-    cloud = _palm_cloud(hand)
+    cloud = palm_cloud(hand)
     bases = np.array([hand.chains.fixed[f, 0, :, 3] for f in range(hand.n_fingers)])
     towards = centre - (
         bases.mean(axis=0) if not len(cloud) else 0.5 * (bases.mean(axis=0) + cloud.mean(axis=0))
@@ -60,7 +60,8 @@ def _travel(hand: HandModel, start: FloatArray, direction: FloatArray, otherwise
     return otherwise
 
 
-def _palm_cloud(hand: HandModel) -> FloatArray:
+def palm_cloud(hand: HandModel) -> FloatArray:
+    """Return points on the palm's shapes in the palm frame, shape (n, 3), m; none where it has no shape."""
     root = pinocchio.SE3(hand.transform_palm_to_root).inverse()
     clouds = []
     for item in hand.geometry.geometryObjects:

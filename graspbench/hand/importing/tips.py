@@ -10,6 +10,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.chains import coupling, motion_axis
 from graspbench.hand.importing.pads import fit_pad
+from graspbench.hand.importing.ranges import usual_range
 from graspbench.hand.importing.structure import FoundFinger
 from graspbench.hand.importing.surfaces import surface_points
 
@@ -139,8 +140,13 @@ def joint_axis(model: pinocchio.Model, joint: int) -> tuple[bool, FloatArray]:
 
 
 def middle(model: pinocchio.Model) -> FloatArray:
-    """Return the joints in the middle of their ranges, shape (n_q,)."""
-    return np.asarray(0.5 * (model.lowerPositionLimit + model.upperPositionLimit))
+    """Return the joints in the middle of their usual ranges, shape (n_q,)."""
+    lower, upper = np.asarray(model.lowerPositionLimit), np.asarray(model.upperPositionLimit)
+    turns = np.ones(model.nq, dtype=bool)
+    for joint in range(1, model.njoints):
+        turns[model.joints[joint].idx_q] &= not joint_axis(model, joint)[0]
+    usual = usual_range(lower, upper, turns)
+    return np.asarray(0.5 * (usual[0] + usual[1]))
 
 
 def _frame_in_joint(model: pinocchio.Model, finger: FoundFinger) -> pinocchio.SE3:

@@ -11,7 +11,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
-from graspbench.hand.completion import name_meshes, parsed_urdf
+from graspbench.hand.completion import is_only_seen, name_meshes, parsed_urdf, touch_what_is_seen
 from graspbench.hand.files import find_urdf
 from graspbench.hand.importing.structure import LinkTree
 from graspbench.hand.inertias import complete_inertias
@@ -74,6 +74,8 @@ def read_arm(p: ArmParameters) -> ArmFile:
 @lru_cache(maxsize=4)
 def _read(p: ArmParameters, source: Path, folders: tuple[Path, ...], _modified_ns: int) -> ArmFile:
     robot = parsed_urdf(source, p.name)
+    if is_only_seen(robot):
+        touch_what_is_seen(robot)
     for link in robot.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
