@@ -8,10 +8,12 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from contextlib import contextmanager
 from multiprocessing import forkserver, get_context, resource_tracker
 from pathlib import Path
 from typing import Any
 
+from graspbench.errors import GraspbenchError
 from graspbench.results.store import ResultStore, is_own_file
 from graspbench.results.trial_result import Status, TrialResult
 from graspbench.sweep.watchdog import Watchdog
@@ -46,13 +48,15 @@ def run_local(
     watchdog = Watchdog(context, limits.memory_mb)
     about = (os.getpid(), watchdog.line, jobs)
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=about)
+    with _interrupts_blocked():
+        assert pool.active  # starts its threads, which start the forking process anew should it die
     running: dict[Any, PendingTrial] = {}
     try:
         while running or (waiting and not stop.is_set()):
             while waiting and len(running) < jobs and not stop.is_set():
                 task = waiting.popleft()
                 watchdog.expect(task.config.trial_id, limits.silence_s + task.config.search.time_limit_s)
-                future = pool.schedule(run_limited, args=(task, root, limits), timeout=limits.timeout_s)
+                future = _scheduled(pool, (task, root, limits), limits.timeout_s)
                 running[future] = task
             finished, _ = wait(running, timeout=_WAIT_S, return_when=FIRST_COMPLETED)
             for future in finished:
@@ -69,6 +73,17 @@ def run_local(
         pool.stop()
         pool.join()
         watchdog.close()
+
+
+def _scheduled(pool: Any, arguments: tuple[PendingTrial, Path, Limits], timeout_s: float | None) -> Any:
+    """Give a trial to the pool; one whose forking process was killed takes none any more."""
+    try:
+        return pool.schedule(run_limited, args=arguments, timeout=timeout_s)
+    except RuntimeError as error:
+        raise GraspbenchError(
+            "the process that starts the workers was killed",
+            remedy="give the sweep more memory, and run the same command again: it goes on where it was",
+        ) from error
 
 
 def _outcome(
@@ -99,10 +114,16 @@ def _start_forkserver() -> None:
     Ctrl-C goes to the whole process group: a worker that is still loading would die of it.
     """
     resource_tracker.ensure_running()  # here, since its start lets Ctrl-C through again
+    with _interrupts_blocked(), single_threaded_pools():
+        forkserver.ensure_running()
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C in this thread: threads and processes that it starts inherit that for good."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        with single_threaded_pools():
-            forkserver.ensure_running()
+        yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

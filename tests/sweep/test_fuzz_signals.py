@@ -33,17 +33,13 @@ def stored(output):
     return found
 
 
-def members(group):
-    """Return the processes of a group but its leader, and but Python's resource tracker.
-
-    Whoever kills that one hears from the next, which knows nothing of what it is told to forget: a traceback
-    of Python's own, of which nothing comes.
-    """
+def workers(group):
+    """Return the processes that run trials: children of the one that forks them, not of the sweep itself."""
     found = []
     for name in filter(str.isdigit, os.listdir("/proc")):
         try:
-            ours = os.getpgid(int(name)) == group and int(name) != group
-            if ours and "resource_tracker" not in Path(f"/proc/{name}/cmdline").read_text():
+            parent = int(Path(f"/proc/{name}/stat").read_text().rpartition(")")[2].split()[1])
+            if os.getpgid(int(name)) == group and group not in (int(name), parent):
                 found.append(int(name))
         except (ProcessLookupError, FileNotFoundError):
             continue
@@ -53,7 +49,7 @@ def members(group):
 def ends(process, how, rng):
     """Send a signal to a sweep, or kill the sweep or one of its workers; wait until it has ended."""
     if how == "worker":
-        for worker in rng.permutation(members(process.pid))[:1]:
+        for worker in rng.permutation(workers(process.pid))[:1]:
             os.kill(int(worker), signal.SIGKILL)
         time.sleep(float(rng.uniform(0.0, 1.5)))
         how = signal.SIGINT
