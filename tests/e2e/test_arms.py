@@ -55,7 +55,7 @@ def test_what_cannot_carry_the_hand_is_said(cli, tmp_path, option, said):
 
 def test_a_stored_trial_with_the_old_name_is_told_the_new_one(cli, tmp_path):
     stored = tmp_path / "config.yaml"
-    stored.write_text(yaml.safe_dump({"execution": {"mount": "floating"}}))
+    stored.write_text(yaml.safe_dump({"execution": {"mount": "kuka"}}))
     refused = cli("run", "--config", stored, "-o", tmp_path / "r")
     assert refused.code == 2
     assert "arm=kuka" in refused.stderr
