@@ -13,6 +13,7 @@ import yaml
 from graspbench.config import cost
 from graspbench.config.bounds import MAX_SEED
 from graspbench.config.compose import Composed, compose_configuration
+from graspbench.config.exclusions import check_exploring, check_manipulation, check_motion
 from graspbench.config.grid import expand_sweep, experiment_only, experiment_overrides
 from graspbench.config.schema import (
     MANIPULATION_SECTIONS,
@@ -39,7 +40,6 @@ from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters
 from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.execution_parameters import ExecutionParameters
-from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.yaml_files import check_plain, read_yaml
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def manipulation_config_from_tree(tree: Mapping[str, Any]) -> ManipulationConfig
     """
     complete, parts = _parts(tree, "manipulate")
     config = ManipulationConfig(tree=complete, **parts, **_origin(tree))
-    _check_manipulation(config)
+    check_manipulation(config)
     return config
 
 
@@ -293,8 +293,8 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
     complete = follow(complete_with_defaults(tree, primary))
     parts = {section: validate_section(section, complete[section]) for section in section_names(primary)}
     cost.check_cost(parts)
-    _check_motion(parts["scene"], primary)
-    _check_exploring(parts["scene"], parts["arm"], parts["execution"].touch)
+    check_motion(parts["scene"], primary)
+    check_exploring(parts["scene"], parts["arm"], parts["execution"].touch)
     for name in parts["quality"].measures:
         MEASURES[name]  # refused before anything runs
     if parts["search"].enabled:
@@ -306,86 +306,3 @@ def _parts(tree: Mapping[str, Any], primary: Primary) -> tuple[Tree, dict[str, A
         "planner_name": complete["planner"]["name"],
         **parts,
     }
-
-
-def _check_exploring(scene: SceneParameters, arm: ArmParameters, touch: TouchParameters) -> None:
-    """Refuse exploring grasps together with what moves the goal under them, or with an arm."""
-    for key, used in (
-        ("execution.touch.max_touches", touch.max_touches > 0),
-        ("scene.motion", scene.motion != "none"),
-        ("an arm", arm.urdf is not None),
-    ):
-        if touch.max_grasps and used:
-            raise ConfigurationError(
-                f"execution.touch.max_grasps = {touch.max_grasps} and {key} exclude each other",
-                remedy=f"leave one of execution.touch.max_grasps and {key} out",
-                key=key,
-            )
-
-
-def _check_motion(scene: SceneParameters, primary: Primary) -> None:
-    """Refuse a moving or a shifted object where nothing can be moved."""
-    if (scene.unseen_shift_mm or scene.unseen_turn_deg) and scene.source != "simulation":
-        raise ConfigurationError(
-            "an object on images from files cannot be shifted after it was seen",
-            remedy="leave scene.unseen_shift_mm and scene.unseen_turn_deg at 0",
-            key="scene.unseen_shift_mm",
-            value=scene.unseen_shift_mm,
-        )
-    if (scene.unseen_shift_mm or scene.unseen_turn_deg) and scene.motion != "none":
-        raise ConfigurationError(
-            f"scene.motion = {scene.motion} and an unseen shift of the object exclude each other",
-            remedy="leave one of scene.motion and scene.unseen_shift_mm, scene.unseen_turn_deg out",
-            key="scene.motion",
-            value=scene.motion,
-        )
-    if scene.motion == "none" or (scene.source == "simulation" and primary == "config"):
-        return
-    what = "images from files" if scene.source != "simulation" else "in-hand motions"
-    raise ConfigurationError(
-        f"scene.motion = {scene.motion} cannot be used with {what}",
-        remedy="leave scene.motion out, or run a grasp with the simulated camera (scene.source=simulation)",
-        key="scene.motion",
-        value=scene.motion,
-    )
-
-
-def _check_gait(config: ManipulationConfig) -> None:
-    """Refuse a gait of fingers or on contacts that can never do it."""
-    from graspbench.manipulation.gaiting.gait_parameters import GAITING
-
-    if config.motion.gait.angle_deg == 0.0:
-        return
-    if config.contact.kind not in GAITING:
-        raise ConfigurationError(
-            f"fingers do not gait on contacts of kind '{config.contact.kind}'",
-            remedy=f"set contact to one of {', '.join(GAITING)}",
-        )
-    if config.hand.fingers < 3:
-        raise ConfigurationError(
-            "two fingers cannot gait: one alone does not hold the object", remedy="set hand.fingers=4"
-        )
-    if config.execution.until != "off":
-        raise ConfigurationError(
-            "a motion by finger gaiting is not played in physics", remedy="set execution=off"
-        )
-
-
-def _check_manipulation(config: ManipulationConfig) -> None:
-    """Refuse what fits neither the hand's fingers nor the control period."""
-    fingers = config.hand.fingers
-    for name, options in config.clik.tasks.items():
-        for key in ("fingers", "first", "second", "contacts", "middle_of"):
-            value = options.get(key)
-            named = value if isinstance(value, list | tuple) else [] if value is None else [value]
-            if any(not 0 <= int(finger) < fingers for finger in named):
-                raise ConfigurationError(
-                    f"clik.tasks.{name}.{key} = {value} names a finger that {fingers} fingers do not have",
-                    remedy=f"count from 0 to {fingers - 1}",
-                )
-    _check_gait(config)
-    if config.clik.step_s > 0.1 * config.motion.duration_s:
-        raise ConfigurationError(
-            f"clik.step_s = {config.clik.step_s:g} is too long for {config.motion.duration_s:g} s of motion",
-            remedy="take a tenth of motion.duration_s or less",
-        )

@@ -230,7 +230,9 @@ def _described(kind: Any, prefix: str, empty: str) -> Iterator[ColumnDescription
         if dataclasses.is_dataclass(inner):
             yield from _described(inner, f"{column}.", when)
         else:
-            yield ColumnDescription(column, unit_of(key, about.unit) or _kind(inner), about.meaning, when)
+            # The name of a yes or no may end like that of a quantity.
+            unit = _SWITCH if inner is bool else unit_of(key, about.unit) or _kind(inner)
+            yield ColumnDescription(column, unit, about.meaning, when)
 
 
 _KEYS = {

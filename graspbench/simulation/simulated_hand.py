@@ -12,13 +12,13 @@ from graspbench.hand.model import HandModel
 from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.bullet_exchange import pose_of, quaternion_of
+from graspbench.simulation.hand_links import couple, fingers_of_links
 from graspbench.simulation.mounts.motors import POSITION_GAIN
 from graspbench.simulation.mounts.mount import Mount
 from graspbench.simulation.tip_friction import TipFriction
 from graspbench.simulation.touch import Touch, touch_of
 from graspbench.simulation.world import SPINNING_FRICTION_M, ObjectWorld
 
-_GEAR_ERP, _GEAR_FORCE = 0.8, 1e3
 _JOINT_SPEED = 1e6
 """Bullet cuts joint speeds at 100 rad/s before it solves contacts and gears. A torque gives a joint of a few
 grams more than that within a step, and what is cut is missing in the balance of forces: fingers pressed
@@ -55,13 +55,13 @@ class SimulatedHand:
         self._ids = ids
         self._joint_ids = self._find(hand.joint_names, ids)
         self._tip_ids = [links[name] for name in hand.tip_links]
-        self._finger_of_link = self._assign_links(links, ids)
+        self._finger_of_link = fingers_of_links(self._client, self.body, hand, links, ids)
         self._set_friction(friction)
         self._lift_limits()
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
             pybullet.resetJointState(self.body, i, value, 0.0, physicsClientId=self._client)
-        self._couple(ids, joints)
+        couple(self._client, self.body, hand, ids, joints)
         self.palm_goal = mount.palm_pose()
         self.drive_joints(joints, np.zeros(len(joints)))
 
@@ -267,65 +267,6 @@ class SimulatedHand:
         if missing:
             raise HandError(f"PyBullet's hand '{self.hand.name}' has no joint '{missing[0]}'")
         return [ids[name] for name in names]
-
-    def _assign_links(self, links: dict[str, int], ids: dict[str, int]) -> dict[int, tuple[int, bool]]:
-        """Map every link of a used finger to the finger, and whether it is its tip."""
-        parent = {
-            i: pybullet.getJointInfo(self.body, i, physicsClientId=self._client)[16] for i in ids.values()
-        }
-        owners: dict[int, tuple[int, bool]] = {}
-        for f, tip_link in enumerate(self.hand.tip_links):
-            moved = {ids[self.hand.model.names[j]] for j in self.hand.chain_joints[f]}
-            link = links[tip_link]
-            shaped = bool(pybullet.getCollisionShapeData(self.body, link, physicsClientId=self._client))
-            owners[link] = (f, True)
-            while link not in moved:
-                link = parent[link]
-                owners[link] = (f, not shaped)  # a bare frame's body is the one that it is fixed to
-            while link in moved or parent[link] in moved:
-                owners.setdefault(link, (f, False))
-                link = parent[link]
-        # What is fixed to a finger's link is part of it; where the tip is a bare frame, of the tip.
-        for link in sorted(parent):
-            above = parent[link]
-            if link not in owners and above in owners and self._is_fixed(link):
-                owners[link] = owners[above]
-        return owners
-
-    def _is_fixed(self, link: int) -> bool:
-        info = pybullet.getJointInfo(self.body, link, physicsClientId=self._client)
-        return bool(info[2] == pybullet.JOINT_FIXED)
-
-    def _couple(self, ids: dict[str, int], joints: FloatArray) -> None:
-        """Let joints that follow others (mimic) do so by gears without play, which carry torques too."""
-        at = dict(zip(self.hand.joint_names, joints, strict=True))
-        for follower in self.hand.followers:
-            own, leader = ids[follower.name], ids[follower.leader]
-            position = follower.ratio * at[follower.leader] + follower.offset
-            pybullet.resetJointState(self.body, own, position, 0.0, physicsClientId=self._client)
-            pybullet.setJointMotorControl2(
-                self.body, own, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=self._client
-            )
-            gear = pybullet.createConstraint(
-                self.body,
-                own,
-                self.body,
-                leader,
-                jointType=pybullet.JOINT_GEAR,
-                jointAxis=[0.0, 0.0, 1.0],
-                parentFramePosition=[0.0, 0.0, 0.0],
-                childFramePosition=[0.0, 0.0, 0.0],
-                physicsClientId=self._client,
-            )
-            # Bullet holds own + gearRatio * leader at the target.
-            pybullet.changeConstraint(
-                gear,
-                gearRatio=-follower.ratio,
-                relativePositionTarget=follower.offset,
-                erp=_GEAR_ERP,
-                maxForce=_GEAR_FORCE,
-                physicsClientId=self._client,
-            )
 
     def set_torsion(self, finger: int, torsional_m: float) -> None:
         """Set the torque about the contact normal per normal force of one finger, m."""

@@ -49,7 +49,7 @@ def run_local(
     about = (os.getpid(), watchdog.line, jobs)
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=about)
     with _interrupts_blocked():
-        assert pool.active  # starts its threads, which start the forking process anew should it die
+        _ = pool.active  # starts its threads, which start the forking process anew should it die
     running: dict[Any, PendingTrial] = {}
     try:
         while running or (waiting and not stop.is_set()):

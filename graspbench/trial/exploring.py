@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
@@ -55,7 +55,8 @@ class Explored:
         history: Configurations that lead to it, the grasp last.
         quality: Its Q1, Q2 and Q3 on the seen surface.
         measure: What was optimised.
-        felt: The measure at the contacts felt, of each grasp in their order; 0 where a finger met nothing.
+        felt: The measure at the contacts felt, of each grasp in their order; 0 where a finger met nothing
+            or no way leads there.
         foreseen: The same on the seen surface.
         best: Number of the best.
         candidates: Grasps that were chosen from.
@@ -105,17 +106,13 @@ def _explore(
 ) -> Explored | None:
     """Feel one candidate after the other; None where none gave a force closure grasp."""
     p, surface = config.execution.touch, trial.surfaces[-1]
-    foreseen = np.array([_measure(config, surface, g.points, -g.normals) for g in candidates])
+    foreseen = _foreseen(config, surface, np.stack([grasp.vertices for grasp in candidates]))
     belief = _belief(p, surface, candidates, foreseen)
-    before, felt, spent_s, number, ended = scene.world.object_pose(), {}, 0.0, 0, "number"
+    before, spent_s, number, ended = scene.world.object_pose(), 0.0, 0, "number"
+    felt = belief.felt
     while True:
-        tried = _felt(config, trial, scene, candidates[number])
-        if tried is None:
-            value = 0.0
-        else:
-            spent_s += tried[1]
-            value = tried[0]
-        felt[number] = value
+        value, time_s = _felt(config, trial, scene, candidates[number])
+        spent_s += time_s
         belief.tell(number, value)
         top = max(felt.values())
         if bound is not None and top >= p.enough_share * bound:
@@ -164,8 +161,8 @@ def _by_finger(grasp: Grasp) -> FloatArray:
     return ordered
 
 
-def _felt(config: TrialConfig, trial: PlannedTrial, scene: Scene, grasp: Grasp) -> tuple[float, float] | None:
-    """Return the measure at the contacts that a grasp feels, and the time; None where no way leads to it.
+def _felt(config: TrialConfig, trial: PlannedTrial, scene: Scene, grasp: Grasp) -> tuple[float, float]:
+    """Return the measure at the contacts that a grasp feels, and the time; nothing where no way leads to it.
 
     The hand feels in a world of its own, in which the object stands where it stood last; how the hand gets
     from one grasp to the next, clear of the object, is left out.
@@ -177,7 +174,7 @@ def _felt(config: TrialConfig, trial: PlannedTrial, scene: Scene, grasp: Grasp) 
             history, surface, trial.hand, config.planner, trial.checker.ground_height_m
         )
     except PlanningError:
-        return None
+        return 0.0, 0.0
     friction = tip_friction(execution, config.quality, surface)
     with World(scene.model, config.scene, config.seed) as world:
         world.put_object(scene.world.object_pose())
@@ -185,13 +182,19 @@ def _felt(config: TrialConfig, trial: PlannedTrial, scene: Scene, grasp: Grasp) 
         scene.world.put_object(world.object_pose())
     if found.contacts is None:
         return 0.0, found.time_s
-    return _measure(config, surface, found.contacts[:, 0], found.contacts[:, 1]), found.time_s
+    points, inward = found.contacts[:, 0], found.contacts[:, 1]
+    return float(_measured(config, surface, points, inward)), found.time_s
 
 
-def _measure(config: TrialConfig, surface: Surface, points: FloatArray, inward: FloatArray) -> float:
+def _foreseen(config: TrialConfig, surface: Surface, vertices: IntArray) -> FloatArray:
+    """Return the measure of grasps on the seen surface, vertices of shape (m, n_f)."""
+    return _measured(config, surface, surface.points[vertices], -surface.normals[vertices])
+
+
+def _measured(config: TrialConfig, surface: Surface, points: FloatArray, inward: FloatArray) -> FloatArray:
     name, length_m = config.execution.touch.measure, _length_m(config, surface)
     values = evaluate_measures((name,), points, inward, surface.centroid, config.quality, length_m)
-    return max(float(values[name]), 0.0)
+    return np.maximum(values[name], 0.0)
 
 
 def _length_m(config: TrialConfig, surface: Surface) -> float:
@@ -227,16 +230,17 @@ def _beside(config: TrialConfig, trial: PlannedTrial, summit: Grasp) -> Iterator
         make_index(config.index_name, config.index, config.hand.fingers, config.quality),
         config.quality, config.seed, config.planner.time_limit_s,
     )  # fmt: skip
-    moved = []
-    for i, node in enumerate(summit.vertices):
-        for other in surface.network.contour(int(node)):
-            if other not in summit.vertices:
-                vertices = summit.vertices.copy()
-                vertices[i] = other
-                moved.append(vertices)
-    values = [
-        _measure(config, surface, surface.points[vertices], -surface.normals[vertices]) for vertices in moved
-    ]
+    moved = np.array(
+        [
+            [*summit.vertices[:i], other, *summit.vertices[i + 1 :]]
+            for i, node in enumerate(summit.vertices)
+            for other in surface.network.contour(int(node))
+            if other not in summit.vertices
+        ]
+    )
+    if not len(moved):
+        return
+    values = _foreseen(config, surface, moved)
     left = _BESIDE
     for k in np.argsort(values)[::-1]:
         if left == 0 or values[k] <= 0.0:

@@ -96,9 +96,7 @@ def carries_object(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bo
         return True
     assert trial.scene is not None
     weight_n = trial.scene.model.mass_kg * config.scene.gravity
-    assert grasp.posture is not None
-    wanted_n = MARGIN * safety * weight_n
-    return _Load(config, trial).carried(grasp.posture, grasp.points, grasp.normals, wanted_n)
+    return _Load(config, trial).is_carried(grasp, MARGIN * safety * weight_n)
 
 
 def _for_weight(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> tuple[Plan, HandConstraint]:
@@ -162,7 +160,7 @@ def _barely_holds(config: TrialConfig, trial: PlannedTrial, plan: Plan) -> bool:
 def _carries_with_ease(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:
     assert trial.scene is not None
     weight_n = trial.scene.model.mass_kg * config.scene.gravity
-    return _Load(config, trial).carried_n(grasp) >= EASE * weight_n
+    return _Load(config, trial).is_carried(grasp, EASE * weight_n)
 
 
 def _climbed(config: TrialConfig, trial: PlannedTrial, grasp: Grasp, hand: HandConstraint) -> Grasp:
@@ -188,6 +186,11 @@ class _Load:
     def carried(self, posture: HandPosture, points: FloatArray, normals: FloatArray, weight_n: float) -> bool:
         """Tell whether a posture with contacts and outward normals, shape (n_f, 3) each, carries a weight."""
         return carries(self._hand, posture, points, -normals, *self._given, weight_n)
+
+    def is_carried(self, grasp: Grasp, weight_n: float) -> bool:
+        """Tell whether a grasp carries a weight."""
+        assert grasp.posture is not None
+        return self.carried(grasp.posture, grasp.points, grasp.normals, weight_n)
 
     def carried_n(self, grasp: Grasp) -> float:
         """Return the largest weight that a grasp carries, N."""

@@ -5,6 +5,7 @@ import io
 import numpy as np
 import pandas as pd
 
+from graspbench.results.columns import is_switch
 from graspbench.results.table_files import csv_text, parquet_bytes
 
 ROWS = (
@@ -43,3 +44,9 @@ def test_parquet_keeps_types_beside_missing_values():
 def test_a_table_without_rows_is_its_head():
     assert csv_text(("a", "b"), ()) == "a,b\n"
     assert list(pd.read_parquet(io.BytesIO(parquet_bytes(("a", "b"), (), lambda _: False)))) == ["a", "b"]
+
+
+def test_a_yes_or_no_is_one_whatever_its_name_ends_with():
+    # Its name ends like a force in weights; a column without any value must not become one of text.
+    assert is_switch("strengthened.for_weight")
+    assert not is_switch("execution.largest_push_weight")

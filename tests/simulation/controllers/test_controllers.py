@@ -1,5 +1,7 @@
 """Controllers of a held object: step responses against an oscillator's closed form, and what they hold."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 
@@ -94,7 +96,7 @@ def test_steps_are_undone(hand):
 
 
 def test_fingers_that_cannot_place_a_contact_are_refused(hand):
-    two = load_hand(HandParameters(fingers=3))
+    two = copy(hand)  # loaded hands are shared by all who ask for them
     object.__setattr__(two, "freedom", np.array([2, 3, 3]))
     model = load_object(ObjectParameters(name="cylinder"))
     grasp, path = planned(hand, model)

@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pinocchio
@@ -13,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from graspbench.config.trial_config import load_config
 from graspbench.errors import HandError, SimulationError
 from graspbench.geometry import ObjectParameters, load_object
-from graspbench.grasp.configuration import Grasp
-from graspbench.hand import GraspChecker, HandParameters, load_hand
+from graspbench.hand import HandParameters, load_hand
 from graspbench.simulation import ExecutionParameters, SceneParameters, World
 from graspbench.simulation.arm_parameters import FLOATING, ArmParameters
 from graspbench.simulation.grasp_execution import execute_grasp
@@ -24,6 +22,7 @@ from graspbench.simulation.mounts.choice import make_mount
 from graspbench.simulation.phases import palm_task, plan_phases
 from graspbench.simulation.simulated_hand import SimulatedHand
 from graspbench.simulation.tip_friction import TipFriction
+from tests.simulation.test_grasp_execution import planned
 
 FRICTION = TipFriction(0.5, 0.002, 0.5)
 OBJECT = np.array([0.0, 0.0, 0.05])
@@ -242,28 +241,6 @@ def test_a_cylinder_is_carried_as_by_the_floating_wrist(hand):
         assert max(phase.slip_m for phase in result.phases) < 2e-3
     low, high = results["kuka"].motion.transform_palm_to_world[[0, -1], 2, 3]
     assert high > low
-
-
-def planned(hand, model):
-    """Three contacts evenly around the cylinder's middle, and a path that closes onto them."""
-    low, high = model.mesh.bounds
-    radius, height = 0.5 * (high[0] - low[0]), 0.5 * (high[2] - low[2])
-    angles = 2 * np.pi * np.arange(3) / 3
-    normals = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(3)))
-    points = radius * normals + [0, 0, height]
-    posture = GraspChecker(hand, 0.0).place(points, normals)
-    assert posture is not None
-    palm, opened = posture.transform_palm_to_world, posture.joints.copy()
-    for point, normal, finger in zip(points, normals, posture.fingers, strict=True):
-        own = hand.finger_joints(finger)
-        target = (point + (hand.tip_radius_m + 0.01) * normal - palm[:3, 3]) @ palm[:3, :3]
-        opened[own] = hand.finger_ik(finger, target[None], posture.joints[own]).joints[0]
-    path = SimpleNamespace(
-        times=np.array([0.0, 0.4]),
-        joints=np.stack((opened, posture.joints)),
-        transform_palm_to_world=np.stack((palm, palm)),
-    )
-    return Grasp(np.arange(3), points, normals, np.array([0, 0, height]), posture), path
 
 
 def six_joints(path, count=6, **changes):
