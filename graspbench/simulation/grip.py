@@ -80,8 +80,20 @@ class Grip:
                 self._response.feel(self._slip.slip_m)
         return self._judge(phase.name, self._largest_load(centres), lifted=True)
 
-    def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
-        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`."""
+    def play(
+        self, name: str, drive: Callable[[int], None], steps: int, goal: FloatArray | None = None
+    ) -> bool:
+        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`.
+
+        Args:
+            name: Of the phase.
+            drive: Called with the number of the step, from 1.
+            steps: How many.
+            goal: Where the object shall be in the palm at the end, shape (4, 4); by default where it was
+                after the squeeze.
+        """
+        if goal is not None:
+            self._reference = goal
         self._slip.begin_phase()
         for k in range(1, steps + 1):
             drive(k)
@@ -91,6 +103,15 @@ class Grip:
                 self._slip.look()
                 self._response.feel(self._slip.slip_m)
         return self._judge(name, 1.0, lifted=True)
+
+    @property
+    def slips_m(self) -> FloatArray:
+        """Net sliding of each finger, at the contact where it slid farthest, shape (n,)."""
+        return self._slip.slips_m
+
+    def begin_contact(self, contact: int) -> None:
+        """Let a finger's contact end: it takes another one."""
+        self._slip.begin_contact(contact)
 
     def push(self, direction: FloatArray) -> float:
         """Push harder and harder until a contact slides; return the push resisted, in weights.
