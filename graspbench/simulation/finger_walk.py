@@ -13,6 +13,7 @@ from graspbench.simulation.stage import Stage
 _LET_GO_S, _LAND_S, _TAKE_HOLD_S = 0.25, 0.4, 0.25
 _CHANGE_S = 0.04
 """Time constant with which the forces change over from some fingers to others."""
+_MIN_HOLDING = 2
 _LANDING = 0.7
 """Share of a step after which a touch ends it."""
 
@@ -51,6 +52,7 @@ class FingerWalk:
     Attributes:
         duration_s: How long it takes, waiting included.
         missed: Steps so far that ended without a touch.
+        lost: How the object is lost, one clause: a finger has to step and less than two others hold it.
     """
 
     def __init__(self, stage: Stage, grip: Grip, fingers: tuple[int, ...], path: InHandPath) -> None:
@@ -65,6 +67,7 @@ class FingerWalk:
         self._now = self._spans[0]
         self.duration_s = float(self._ends[-1])
         self.missed = 0
+        self.lost: str | None = None
 
     def at(self, clock_s: float) -> float:
         """Go on to a time since the start; return the path's time then."""
@@ -103,6 +106,9 @@ class FingerWalk:
         contact = span.step.contact
         if span.doing is _Doing.LET_GO:
             self._holding[contact] = self._touched = False
+            if self._holding.sum() < _MIN_HOLDING:
+                self.lost = f"{self.missed} finger(s) missed the object, too few are left to step"
+                return
             self._control.stand_on(self._holding, _CHANGE_S)
         elif span.doing is _Doing.STEP:
             self._grip.begin_contact(contact)

@@ -126,7 +126,7 @@ def _move_in_hand(
     start = grip.object_in_palm()
     tracked = [(0.0, start, start)]
 
-    def drive(k: int) -> None:
+    def drive(k: int) -> str | None:
         time_s = walk.at(min(k * dt, walk.duration_s))
         wanted = path.moved_at(time_s) @ start
         grip.control.aim(walk.rest(path.joints_at(time_s), time_s), wanted)
@@ -134,6 +134,10 @@ def _move_in_hand(
             grip.control.distribute()  # contacts roll over the surface
             if k > 0:
                 tracked.append((k * dt, grip.object_in_palm(), wanted))
+                off_m = np.linalg.norm(tracked[-1][1][:3, 3] - wanted[:3, 3])
+                if off_m > stage.parameters.slip_limit_m:
+                    return f"the object slipped {1e3 * off_m:.0f} mm"
+        return walk.lost
 
     goal = path.moved_at(float(path.times[-1])) @ start
     grip.play("in_hand", drive, steps + round(_SETTLE_S / dt), goal)

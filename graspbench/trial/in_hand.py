@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 RANGE_FILE = "range.csv"
 
+MIN_TURNED_SHARE = 0.9
+"""Of the turn that is asked for, so much has to come about in physics."""
+
 _LOG_RATE_HZ = 50.0
 
 
@@ -70,8 +73,9 @@ def run_in_hand(
             checked = clock.run("check", lambda: _check(config, trial, contact, moved))
         reason = f"the check of the gait: {checked.violations[0]}" if checked and checked.violations else None
         played = None if reason else _play(config, trial, moved, clock)
-        if played is not None and played.reason:
-            reason = f"played in physics: {played.reason}"
+        lost = None if played is None else _lost(config, played)
+        if lost is not None:
+            reason = f"played in physics: {lost}"
         result = dataclasses.replace(
             started,
             status="failed" if reason else "done",
@@ -165,6 +169,14 @@ def _play(
             friction,
             config.arm,
         )
+
+
+def _lost(config: ManipulationConfig, played: "InHandResult") -> str | None:
+    """Return why the motion has failed in physics, one clause; None if it has not."""
+    asked, turned = config.motion.gait.angle_deg, played.turned_about_axis_deg
+    if played.reason is None and turned is not None and turned / asked < MIN_TURNED_SHARE:
+        return f"the object was held, but turned only {turned:.0f} of {asked:g} deg"
+    return played.reason
 
 
 def _path(moved: ManipulationResult) -> InHandPath:
