@@ -32,9 +32,8 @@ def _walked(result: "TrialResult") -> str:
         return said
     slid = "" if not played.fingers_slipped else f", {played.fingers_slipped} finger(s) slipped"
     missed = "" if not played.steps_missed else f", {played.steps_missed} step(s) missed it"
-    return (
-        f"{said}; in physics it was held and turned by {played.turned_about_axis_deg:.1f} deg{slid}{missed}"
-    )
+    turned = f"turned by {played.turned_about_axis_deg:.1f} deg"
+    return f"{said}; in physics it was held and {turned}{slid}{missed}"
 
 
 def _instead(result: "TrialResult") -> str:

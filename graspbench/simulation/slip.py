@@ -39,7 +39,8 @@ class SlipMeter:
     @property
     def slips_m(self) -> FloatArray:
         """Net sliding of each contact, the farthest of all that a finger has had, shape (n,)."""
-        return np.maximum(self._worst_m, np.linalg.norm(self._sums, axis=1))
+        slips: FloatArray = np.maximum(self._worst_m, np.linalg.norm(self._sums, axis=1))
+        return slips
 
     def begin_contact(self, contact: int) -> None:
         """Sum the sliding of a contact anew: its finger goes elsewhere."""
