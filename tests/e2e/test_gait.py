@@ -50,7 +50,8 @@ def test_a_gait_that_cannot_be_done_is_refused_with_how_far_it_goes(cli, tmp_pat
 
 def test_a_gait_is_played_in_physics(cli, tmp_path):
     arguments = ("object=sphere", "hand=allegro", "hand.fingers=4", "motion=gait", "execution=default")
-    finished = cli("run", *arguments, *SHORT, "-o", tmp_path)
+    quick = ("motion.gait.angle_deg=30", "motion.gait.step_time_s=0.5", "execution.lift_time_s=0.5")
+    finished = cli("run", *arguments, *quick, *SHORT, "-o", tmp_path)
     assert finished.code == 0, finished.stderr
     result = json.loads(next(tmp_path.glob("*/result.json")).read_text())
     played = result["in_hand"]
@@ -58,7 +59,7 @@ def test_a_gait_is_played_in_physics(cli, tmp_path):
     assert played["steps"] == result["gait"]["steps"] >= 1
     assert played["steps_missed"] == played["fingers_slipped"] == 0
     # in truth, from the physics' own poses, and against its weight
-    assert played["turned_about_axis_deg"] == pytest.approx(60.0, abs=3.0)
+    assert played["turned_about_axis_deg"] == pytest.approx(30.0, abs=2.0)
     assert played["position_error_max_m"] < 2e-3
     assert played["phases"]["in_hand"]["contacts_lost"] == 1
     said = " ".join(finished.stdout.split())

@@ -51,15 +51,16 @@ def lifted(hand, grasp, joints, contact, lift_m):
     return out
 
 
-def stepping(hand, grasp, leaving=(0,), returning=True):
-    """Return a path on which fingers leave the object that is at rest; only the first is said to step."""
+def stepping(hand, grasp, returning=True, opening=()):
+    """Return a path on which finger 0 steps on the object at rest; others may open, which nobody is told."""
     rest = grasp.posture.joints
-    up = rest
-    for contact in leaving:
-        up = lifted(hand, grasp, up, contact, LIFT_M)
-    end = rest if returning else lifted(hand, grasp, rest, 0, 0.03)
+    up = lifted(hand, grasp, rest, 0, LIFT_M)
+    end = rest.copy() if returning else lifted(hand, grasp, rest, 0, 0.03)
+    for contact in opening:
+        own = hand.finger_joints(grasp.posture.fingers[contact])
+        up[own] = end[own] = hand.rest[own]
     rotation = grasp.posture.transform_palm_to_world[:3, :3]
-    step = StepOnPath(leaving[0], FROM_S, TO_S, -rotation.T @ grasp.normals[leaving[0]])
+    step = StepOnPath(0, FROM_S, TO_S, -rotation.T @ grasp.normals[0])
     times = np.array([0.0, FROM_S, 0.5 * (FROM_S + TO_S), TO_S, END_S])
     return InHandPath(
         times,
@@ -101,9 +102,9 @@ def test_a_finger_that_does_not_find_the_object_is_told(held):
 
 
 def test_an_object_is_lost_where_too_few_fingers_hold_it(held):
-    """Three leave, of whom one is said to: the last one holds nothing by itself."""
+    """Three leave, of whom one is said to step: the last one holds nothing by itself."""
     hand, _, grasp, _ = held
-    played = play(held, stepping(hand, grasp, leaving=(0, 1, 3)))
+    played = play(held, stepping(hand, grasp, opening=(1, 3)))
     assert not played.success
     assert "in phase in_hand" in played.reason
     assert not played.phases[-1].held
