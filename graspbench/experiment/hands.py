@@ -56,6 +56,7 @@ def add_hand(file: Path | str, name: str | None, guesses: Guesses, config_dir: P
         "palm": p.palm.link,
         "fingers": [finger.name for finger in p.chains],
         "used": list(found.hand.finger_names),
+        "tip_shape": p.tip_shape,
         "tip_radius_mm": 1e3 * p.tip_radius_m,
         "tips": {tip: found.tips[tip].source for tip in found.tips},
         "locked_joints": sorted({*found.structure.wrist, *p.locked_deg}),

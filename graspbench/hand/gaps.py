@@ -84,7 +84,7 @@ def collect_tips(chains: Chains, task: Task, contact_of: IntArray, pose: FloatAr
         )
         if has_surface(chains, f):
             u, v, w = to_palm_turned(pose, task.normals[i])
-            a, b, c = touch[H + axis], touch[H + 3 + axis], touch[H + 6 + axis]
+            a, b, c = touch[H + 3 * axis], touch[H + 3 * axis + 1], touch[H + 3 * axis + 2]
             turn = system.gaps[count - 1]
             turn[TURN], turn[TURN + 1], turn[TURN + 2] = v * c - w * b, w * a - u * c, u * b - v * a
     return count

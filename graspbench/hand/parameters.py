@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 Vector3 = tuple[float, float, float]
+TipShape = Literal["sphere", "link"]
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ class HandParameters:
         Field(gt=0, description="Radius of the spherical fingertips; of tip_shape link half their width, m"),
     ] = 0.008
     tip_shape: Annotated[
-        Literal["sphere", "link"],
+        TipShape,
         Field(
             description="What a finger touches with: a sphere at its tip, added where the description has "
             "none, or the collision shapes of its last link as they are (urdf)"

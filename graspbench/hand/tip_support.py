@@ -31,7 +31,7 @@ def has_surface(chains: Chains, f: int) -> bool:
     return has
 
 
-@inner
+@compiled
 def support(
     chains: Chains, f: int, frame: FloatArray, x: float, y: float, z: float, sharpness: float, out: FloatArray
 ) -> None:
@@ -93,7 +93,12 @@ def support(
         out[C + a] = mean[a] + lift * d[a]
         for b in range(3):
             second[a, b] = second[a, b] / total - mean[a] * mean[b] / sharpness
-        second[a, a] += lift
+    # The point slides along the plane: what is left of its motion has no part along d.
+    for b in range(3):
+        along = d[0] * second[0, b] + d[1] * second[1, b] + d[2] * second[2, b]
+        for a in range(3):
+            second[a, b] -= along * d[a]
+        second[b, b] += lift
     # Into the outer frame: R S R^T.
     for a in range(3):
         for b in range(3):

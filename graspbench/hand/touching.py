@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.tip_support import FINAL_SHARPNESS_M, touching_points
@@ -21,10 +21,10 @@ def touching(hand: HandModel, posture: HandPosture, normals: FloatArray) -> Hand
     if not hand.tips_are_links:
         return hand
     outwards = np.asarray(normals, dtype=float) @ posture.transform_palm_to_world[:3, :3]
-    return touched(hand, np.array(posture.fingers), hand.by_finger(posture.joints), outwards)
+    return touched(hand, np.array(posture.fingers, dtype=np.int64), hand.by_finger(posture.joints), outwards)
 
 
-def touched(hand: HandModel, fingers: FloatArray, rows: FloatArray, outwards: FloatArray) -> HandModel:
+def touched(hand: HandModel, fingers: IntArray, rows: FloatArray, outwards: FloatArray) -> HandModel:
     """Return the hand with the tips of some fingers where planes touch them.
 
     Args:
@@ -36,7 +36,7 @@ def touched(hand: HandModel, fingers: FloatArray, rows: FloatArray, outwards: Fl
     tips = hand.chains.tips.copy()
     touching_points(
         hand.chains,
-        np.asarray(fingers, dtype=np.int64),
+        fingers,
         np.ascontiguousarray(rows),
         np.ascontiguousarray(outwards),
         FINAL_SHARPNESS_M,
@@ -53,10 +53,10 @@ def with_pads(hand: HandModel) -> HandModel:
     """
     tips = hand.tip_positions(hand.preferred)
     rows = hand.by_finger(hand.preferred)
-    fingers = np.arange(hand.n_fingers)
+    fingers = np.arange(hand.n_fingers, dtype=np.int64)
     others = np.stack([np.delete(tips, f, axis=0).mean(axis=0) for f in fingers])
     towards = others - tips
     lengths = np.linalg.norm(towards, axis=1, keepdims=True)
     towards = np.where(lengths > 1e-9, towards / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
-    pads = np.stack([hand.last_rotation(f, rows).T @ towards[f] for f in fingers])
+    pads = np.stack([hand.last_rotation(int(f), rows).T @ towards[f] for f in fingers])
     return touched(replace(hand, chains=hand.chains._replace(pads=pads)), fingers, rows, -towards)

@@ -38,9 +38,9 @@ def verify_posture(
 ) -> tuple[str, ...]:
     """Check a posture for a grasp; nothing of the search that found it is used.
 
-    Tips must be within 0.1 mm of their places (of last links that touch, the surfaces of the contacts), joints
-    inside their limits, singular values above their threshold, and nothing may overlap by more than 0.1 mm:
-    links, palm, ground, object. Fingertips may touch the object.
+    Tips must be within 0.1 mm of their places (of last links that touch, their surfaces of the contacts),
+    joints inside their limits, singular values above their threshold, and nothing may overlap by more than
+    0.1 mm: links, palm, ground, object. Fingertips may touch the object.
 
     Args:
         hand: The hand.

@@ -138,7 +138,7 @@ def _gap(shape, placement, point) -> float:
     if hasattr(shape, "vertices"):
         hull = ConvexHull(np.array(shape.vertices(), dtype=float).reshape(-1, 3))
         body = trimesh.Trimesh(hull.points, hull.simplices, process=False)
-        return float(trimesh.proximity.closest_point(body, local[None])[1][0])
+        return float(trimesh.proximity.closest_point_naive(body, local[None])[1][0])
     grain = 1e-6
     here = pinocchio.SE3(np.eye(3), local)
     return abs(_distance(shape, pinocchio.SE3.Identity(), coal.Sphere(grain), here) + grain)
