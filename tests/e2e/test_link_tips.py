@@ -46,7 +46,9 @@ def test_motion_in_the_hand_is_refused_before_anything_is_planned(cli, conf):
 def test_an_imported_hand_says_what_touches(cli, tmp_path):
     path = tip_hand(tmp_path / "files", BOX).urdf
     folder = tmp_path / "conf"
-    added = cli("hands", "add", path, "--name", "own", "--tip-shape", "link", "--config-dir", folder, "--json")
+    added = cli(
+        "hands", "add", path, "--name", "own", "--tip-shape", "link", "--config-dir", folder, "--json"
+    )
     assert added.code == 0, added.stderr
     assert added.document["tip_shape"] == "link"
     text = (folder / "hand" / "own.yaml").read_text()
