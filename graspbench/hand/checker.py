@@ -18,9 +18,9 @@ from graspbench.hand.posture_search import (
     TIP_TOLERANCE_M,
     Attempt,
     PostureSearch,
-    surroundings_of,
 )
 from graspbench.hand.reach import pair_limit, tip_gap
+from graspbench.hand.surroundings import surroundings_of
 from graspbench.hand.task import Task
 from graspbench.hand.tip_support import FINAL_SHARPNESS_M
 from graspbench.hand.verification import verify_posture

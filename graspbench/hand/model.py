@@ -140,16 +140,23 @@ class HandModel:
     def places_by_wrist(self) -> bool:
         """Whether some finger cannot place its tip by itself, so that the wrist has to make up for it.
 
-        That is so of fingers of one or two joints, of parallel axes only, and, as the compiled solvers of a
-        single finger do not know them, of joints that slide or follow others, and of tips that are links.
+        That is so of fingers that do not move their tips freely, and of tips that are links: where these
+        touch depends on how they are turned.
         """
-        if self.tips_are_links:
-            return True
+        return self.tips_are_links or not self.moves_tips_freely
+
+    @property
+    def moves_tips_freely(self) -> bool:
+        """Whether every finger moves its tip in all directions, by joints that turn and are its own.
+
+        Not of fingers of one or two joints, of parallel axes only, and, as the compiled solvers of a single
+        finger do not know them, of joints that slide or follow others.
+        """
         kinds = self.chains.kinds
         own = (kinds[..., LEADER_FINGER] == np.arange(self.n_fingers)[:, None]) & (
             kinds[..., LEADER] == np.arange(kinds.shape[1])
         )
-        return bool(np.any(self.freedom < 3) or not np.all(own) or np.any(kinds[..., SLIDES] == 1))
+        return bool(np.all(self.freedom == 3) and np.all(own) and not np.any(kinds[..., SLIDES] == 1))
 
     def finger_joints(self, finger: int) -> IntArray:
         """Return where the joints that move a finger are in the joint vector, palm to tip, shape (k,)."""

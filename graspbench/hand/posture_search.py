@@ -11,19 +11,18 @@ from graspbench.hand.collision import measure_clearances
 from graspbench.hand.gaps import MIN_LEAN
 from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
-from graspbench.hand.obstacle import Obstacle, make_obstacle
 from graspbench.hand.parameters import Margins
-from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink, triangles_of
+from graspbench.hand.penetration import DEPTH_M, links_sink
 from graspbench.hand.placement import improve, settle
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.starts import CHOICES, approach_directions, rank_starts
+from graspbench.hand.surroundings import Surroundings
 from graspbench.hand.task import HEIGHT, SHARPNESS, Task, make_system
 from graspbench.hand.tip_support import FINAL_SHARPNESS_M
 from graspbench.hand.touching import touched
 
 COLD_STARTS = 12
 REACH_STEPS, COLD_STEPS, WARM_STEPS, SETTLE_STEPS = 10, 18, 10, 12
-GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
@@ -51,30 +50,6 @@ CLAUSES = {
 
 SHARPNESSES_M = (3e-4, 6e-5, FINAL_SHARPNESS_M)
 """The soft maxima's tau on the way to a posture, for tips that are links: rounder ones move more smoothly."""
-
-
-class Surroundings(NamedTuple):
-    """An object's surface in the world.
-
-    Attributes:
-        points: Points that clearances are measured to: its nodes and the centres of its faces.
-        guide: Some of them, which guide the search.
-        triangles: All of it, for the exact test of what was found.
-    """
-
-    points: Obstacle
-    guide: Obstacle
-    triangles: Triangles
-
-
-def surroundings_of(points: FloatArray | None, faces: IntArray | None) -> Surroundings:
-    """Prepare a surface: points, shape (m, 3), or none, and its triangles, shape (t, 3), if known."""
-    vertices = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
-    triangles = triangles_of(vertices, faces)
-    centres = vertices[:0] if faces is None else triangles.balls[:, :3]
-    known = make_obstacle(np.concatenate((vertices, centres)))
-    stride = max(1, -(-len(known.points) // GUIDE_POINTS))
-    return Surroundings(known, make_obstacle(known.points[::stride]), triangles)
 
 
 def _blunted(limits: FloatArray, sharpness_m: float) -> FloatArray:
