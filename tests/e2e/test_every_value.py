@@ -26,7 +26,7 @@ COARSE = (
 )  # fmt: skip
 
 # Chosen by a group whose other options they need, or by what the machine has; each has tests of its own.
-ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "clik.method",
+ELSEWHERE = {"object.scale", "hand.kind", "hand.tip_shape", "scene.source", "scene.renderer", "clik.method",
     "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by: each in a trial of its own, so that it hides no other.
 ALONE = {"quality.contact", "quality.wrench_space", "quality.norm", "search.measures", "record.print"}
