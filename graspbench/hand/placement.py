@@ -30,6 +30,9 @@ from graspbench.hand.task import TURN, WORLD, System, Task
 
 CENTRING_WEIGHT = 0.25
 SETTLED_M = 1e-8
+SETTLE_DAMPING = 1e-10
+MAX_SETTLE_STEP = 0.3
+"""Of any coordinate of a Newton step, m or rad: where fingers are all but singular steps would run away."""
 WRIST_SHARE = 0.01  # m^2/rad^2: a shift of the wrist by 1 cm counts as a turn by 0.1 rad
 TRIAL, PROMISING_COST = 8, 10.0  # evaluations after which a start that is not as good as that is given up
 
@@ -238,6 +241,7 @@ def settle(
                     for i in range(size):
                         if system.frozen[i] == 0.0:
                             gram[a, b] += rows[a, i] * rows[b, i] * (WRIST_SHARE if i < 3 else 1.0)
+                gram[a, a] *= 1.0 + SETTLE_DAMPING  # fewer joints may be free than there are rows
                 gram[a, a] += 1e-12
             weights = np.linalg.solve(gram, gaps[:count])
             blocked = False
@@ -255,6 +259,12 @@ def settle(
                         system.frozen[i], blocked = 1.0, True
             if not blocked:
                 break
+        largest = 0.0
+        for i in range(size):
+            largest = max(largest, abs(system.step[i]))
+        if largest > MAX_SETTLE_STEP:
+            for i in range(size):
+                system.step[i] *= MAX_SETTLE_STEP / largest
         move_hand(chains, pose, joints, system.step)
     return left
 

@@ -5,10 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pinocchio
 import pytest
+from scipy.spatial.transform import Rotation
 
 from graspbench.geometry import ObjectParameters, load_object
 from graspbench.hand import FingerDescription, GraspChecker, HandParameters, PalmDescription, load_hand
+from graspbench.hand.chains import LOWER, UPPER
+from graspbench.hand.placement import settle
 from graspbench.hand.reach import pair_limit
+from graspbench.hand.task import make_system
 from graspbench.simulation import SceneParameters, World
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.hand_comparison import compare_hand
@@ -156,3 +160,18 @@ def test_joints_follow_in_the_simulation(hand):
         palm = simulated.palm_pose()
         wanted = hand.tip_positions(joints) @ palm[:3, :3].T + palm[:3, 3]
         np.testing.assert_allclose(tips, wanted, atol=1e-4)
+
+
+def test_a_search_does_not_run_away_where_fingers_cannot_reach(hand):
+    rng, chains = np.random.default_rng(0), hand.chains
+    checker, system = GraspChecker(hand), make_system(chains, hand.shapes)
+    contact_of = np.arange(hand.n_fingers, dtype=np.int64)
+    for _ in range(200):
+        points = 0.2 * rng.standard_normal((hand.n_fingers, 3))
+        task = checker._task(points, points / np.linalg.norm(points, axis=1, keepdims=True))
+        pose = np.c_[Rotation.random(rng=rng).as_matrix(), np.zeros(3)]
+        high = rng.random(chains.index.shape) < 0.5
+        joints = np.where(high, chains.limits[..., UPPER], chains.limits[..., LOWER])
+        left = settle(chains, hand.shapes, task, contact_of, pose, joints, system, 12)
+        assert np.isfinite(left)
+        assert np.abs(pose[:, 3]).max() < 3.0
