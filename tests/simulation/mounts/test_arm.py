@@ -261,7 +261,7 @@ def test_an_arm_that_hits_itself_or_its_hand_is_told_as_bullet_does(hand, name):
     path = arm.lower + shares * (arm.upper - arm.lower)
     touching, *hits = bullets_hits(mount, [start, *path])
     planted = [joints for joints, hit in zip(path, hits, strict=True) if hit - touching]
-    assert len(planted) >= 2
+    assert planted
     for joints in planted:
         assert arm.bodies.first_hit(joints[None]) is not None
     with pytest.raises(SimulationError, match="would hit each other"):
