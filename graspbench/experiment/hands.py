@@ -1,8 +1,11 @@
 """A hand of one's own: read from a published file, drawn, and checked."""
 
+import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 from graspbench.errors import HandError
 from graspbench.hand import load_hand
@@ -36,20 +39,26 @@ def add_hand(file: Path | str, name: str | None, guesses: Guesses, config_dir: P
     if name != plain_name(name):
         raise HandError(f"'{name}' is no name for a hand", remedy="use letters, digits and '_' (--name)")
     folder = config_dir.expanduser().resolve() / "hand"
-    if _is_mjcf(source):
-        source = urdf_of_mjcf(source, name, folder / name)
-    source = without_arm(source, name, folder / name, guesses.palm, guesses.package_dirs)
-    found = import_hand(source, name, guesses)
-    target = folder / f"{name}.yaml"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(target, description_text(found, str(file)).encode())
-        picture = draw_hand(found.hand, folder / name / f"{name}.png")
-    except OSError as error:
-        raise HandError(
-            f"the hand's files cannot be written to '{folder}' ({error.strerror})",
-            remedy="give a folder that can be written with --config-dir",
-        ) from error
+    target, own = folder / f"{name}.yaml", folder / name
+    with tempfile.TemporaryDirectory(prefix="graspbench-hand-") as temporary:
+        # Beside first, and in place when all is well: a file that is refused leaves what was there.
+        aside = Path(temporary).resolve() / name
+        if _is_mjcf(source):
+            source = urdf_of_mjcf(source, name, aside)
+        source = without_arm(source, name, aside, guesses.palm, guesses.package_dirs)
+        found = import_hand(source, name, guesses)
+        draw_hand(found.hand, aside / f"{name}.png")
+        if source.is_relative_to(aside):
+            p = replace(found.parameters, urdf=str(own / source.relative_to(aside)))
+            found = replace(found, parameters=p)
+        try:
+            _move(aside, own)
+            write_atomically(target, description_text(found, str(file)).encode())
+        except OSError as error:
+            raise HandError(
+                f"the hand's files cannot be written to '{folder}' ({error.strerror})",
+                remedy="give a folder that can be written with --config-dir",
+            ) from error
     p = found.parameters
     return {
         "name": name,
@@ -64,8 +73,19 @@ def add_hand(file: Path | str, name: str | None, guesses: Guesses, config_dir: P
         "opposes_around_mm": 2e3 * found.opposition.gap_m,
         "imbalance": found.opposition.imbalance,
         "description": str(target),
-        "picture": str(picture),
+        "picture": str(own / f"{name}.png"),
     }
+
+
+def _move(aside: Path, own: Path) -> None:
+    """Write all files of a folder into another; URDF files name their meshes there."""
+    for path in sorted(path for path in aside.rglob("*") if path.is_file()):
+        content = path.read_bytes()
+        if path.suffix == ".urdf":
+            content = content.replace(escape(str(aside)).encode(), escape(str(own)).encode())
+        target = own / path.relative_to(aside)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(target, content)
 
 
 def show_hand(

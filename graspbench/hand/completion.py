@@ -15,6 +15,7 @@ from graspbench.errors import HandError
 from graspbench.hand.files import SCHEME
 from graspbench.hand.inertias import complete_inertias
 from graspbench.hand.locking import lock_joints
+from graspbench.hand.numbers import check_numbers
 from graspbench.hand.overrides import replace_collision
 from graspbench.hand.parameters import FingerDescription, HandParameters
 
@@ -55,6 +56,7 @@ def _complete(
         for visual in link.findall("visual"):
             link.remove(visual)
     replace_collision(robot, parameters.collision, hand)
+    check_numbers(robot, hand)
     name_meshes(robot, path, package_dirs, hand)
     lock_joints(robot, parameters)
     _complete_limits(robot, parameters)
@@ -140,14 +142,7 @@ def _complete_limits(robot: ElementTree.Element, parameters: HandParameters) -> 
         if limit is None or joint.get("type") not in ("revolute", "prismatic"):
             continue
         for name, default in defaults.items():
-            try:
-                given = float(limit.get(name, 0.0))
-            except ValueError:
-                raise HandError(
-                    f"joint '{joint.get('name')}' of hand '{parameters.name}' has the {name} limit "
-                    f"'{limit.get(name)}'",
-                    remedy="give a number",
-                ) from None
+            given = float(limit.get(name, 0.0))
             if not 0.0 < given < np.inf:
                 limit.set(name, f"{default:.12g}")
 

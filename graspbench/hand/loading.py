@@ -261,6 +261,7 @@ def read_urdf(
             remedy="check the file: its tree of links, its joints and their numbers",
             path=str(path),
         ) from error
+    model.name = hand
     for joint in range(1, model.njoints):
         if model.joints[joint].nq > 1:
             raise HandError(

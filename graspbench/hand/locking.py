@@ -51,6 +51,7 @@ def lock_joints(robot: ElementTree.Element, parameters: HandParameters) -> None:
             _fix_at(joint, float(mimic.get("multiplier", 1.0)) * held.get(leader, 0.0) + _offset(mimic))
         else:
             _tighten(joints[leader], joint, mimic)
+            _refuse_held(joints[leader], joint, parameters.name)
 
 
 def _resolve_followers(joints: dict[str, ElementTree.Element], hand: str) -> None:
@@ -168,6 +169,21 @@ def _tighten(leader: ElementTree.Element, joint: ElementTree.Element, mimic: Ele
     given = float(own.get("velocity", 0.0)) / abs(ratio)
     if 0.0 < given < float(followed.get("velocity", 0.0) or np.inf):
         followed.set("velocity", f"{given:.15g}")
+
+
+def _refuse_held(leader: ElementTree.Element, joint: ElementTree.Element, hand: str) -> None:
+    limit = leader.find("limit")
+    if limit is None or leader.get("type") == "continuous":
+        return
+    lower, upper = float(limit.get("lower", 0.0)), float(limit.get("upper", 0.0))
+    if not lower < upper:
+        name, own = leader.get("name"), joint.get("name")
+        raise HandError(
+            f"joint '{own}' of hand '{hand}' follows joint '{name}', and leaves it no range "
+            f"({lower:g} to {upper:g})",
+            remedy=f"correct the limits or the offset of '{own}' in the file, or lock '{name}'",
+            joint=own,
+        )
 
 
 def _joints_above(joints: dict[str, ElementTree.Element], link: str) -> set[str]:

@@ -133,7 +133,7 @@ def test_limits_of_zero_are_not_given(tmp_path):
     given = own_hand(write_hand(tmp_path / "given.urdf"))
     np.testing.assert_allclose(given.effort_limits, 3.0)
     np.testing.assert_allclose(given.velocity_limits, 4.0)
-    with pytest.raises(HandError, match="joint 'f1' of hand 'own' has the effort limit 'much'"):
+    with pytest.raises(HandError, match="joint 'f1' of hand 'own' has 'much' as 'effort'"):
         own_hand(write_hand(tmp_path / "bad.urdf", effort="much"))
 
 
@@ -217,7 +217,7 @@ def test_a_joint_follows_another(tmp_path):
         ('<mimic joint="f3"/>', "follows \\(mimic\\) the joint 'f3', and so itself"),
         ('<mimic joint="nobody"/>', "the joint 'nobody', which is not there"),
         ('<mimic joint="f2" multiplier="0"/>', "with the multiplier 0"),
-        ('<mimic joint="f2" offset="nan"/>', "the offset nan"),
+        ('<mimic joint="f2" offset="nan"/>', "has 'nan' as 'offset' of its 'mimic'"),
     ],
 )
 def test_a_joint_that_cannot_follow_gets_one_sentence(tmp_path, mimic, said):

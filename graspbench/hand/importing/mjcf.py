@@ -16,6 +16,10 @@ from graspbench.quiet import captured_output
 
 _UNLIMITED = np.pi
 _MESHES = "meshes"
+_FIELDS = (
+    "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia", "geom_pos", "geom_quat",
+    "geom_size", "jnt_pos", "jnt_axis", "jnt_range", "qpos0", "mesh_vert", "eq_data",
+)  # fmt: skip
 
 
 def urdf_of_mjcf(path: Path, name: str, folder: Path) -> Path:
@@ -49,10 +53,17 @@ def urdf_of_mjcf(path: Path, name: str, folder: Path) -> Path:
     except Exception as error:
         said = str(error).strip().splitlines()
         raise HandError(
-            f"MuJoCo cannot read '{path}' ({said[0] if said else type(error).__name__})",
+            f"MuJoCo cannot read '{path}' of hand '{name}' ({said[0] if said else type(error).__name__})",
             remedy="check the file and the meshes that it names",
             path=str(path),
         ) from error
+    for field in _FIELDS:
+        if not np.all(np.isfinite(getattr(model, field))):
+            raise HandError(
+                f"MuJoCo reads no finite numbers as {field} from '{path}' of hand '{name}'",
+                remedy="check the numbers in the file and in the meshes that it names",
+                path=str(path),
+            )
     robot = _Writer(mujoco, model, name, folder).robot()
     target = folder / f"{name}.urdf"
     ElementTree.indent(robot)

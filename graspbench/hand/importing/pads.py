@@ -45,7 +45,9 @@ class Pad:
     patch_deg: tuple[float, float, float]
 
 
-def fit_pad(points: FloatArray, axes: FloatArray, radius_m: float | None = None) -> Pad:
+def fit_pad(
+    points: FloatArray, axes: FloatArray, radius_m: float | None = None, whose: str = "a finger"
+) -> Pad:
     """Fit the sphere that touches first wherever a plane comes upon a fingertip's pad, and stands out least.
 
     For a direction d the link reaches to max(points . d) and the sphere to centre . d + radius. In all
@@ -57,6 +59,7 @@ def fit_pad(points: FloatArray, axes: FloatArray, radius_m: float | None = None)
         points: Points on the link, shape (n, 3), m.
         axes: Unit vectors as rows: the side that closes, the direction of the tip, across both, shape (3, 3).
         radius_m: Radius to take; None for one near half the width of the link's end.
+        whose: The finger, for error messages.
 
     Raises:
         HandError: There is no such sphere.
@@ -80,7 +83,7 @@ def fit_pad(points: FloatArray, axes: FloatArray, radius_m: float | None = None)
     centre, proud, radius = best
     if not np.isfinite(proud):
         raise HandError(
-            "no sphere follows the end of a finger's last link",
+            f"no sphere follows the end of the last link of {whose}",
             remedy="check the size of its collision shapes, or say where its tip is with --tip",
         )
     return Pad(centre @ axes, round(radius, 5), proud, patch)

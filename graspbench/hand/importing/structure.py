@@ -54,6 +54,13 @@ class LinkTree:
         self.parent: dict[str, tuple[str, str]] = {}
         self.children: dict[str, list[str]] = {name: [] for name in self.links}
         self.moving: set[str] = set()
+        for kind, names in (("links", self.links), ("joints", self.joints)):
+            if len(set(names)) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise HandError(
+                    f"hand '{hand}' has two {kind} of the name '{twice}'",
+                    remedy="correct the file's tree of links",
+                )
         self.shaped = {
             link.get("name", "") for link in robot.findall("link") if link.find("collision") is not None
         }

@@ -112,8 +112,8 @@ def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_
         frame = _frame_in_joint(model, finger)
         if np.linalg.norm(frame.translation) < 1e-6:
             raise HandError(
-                f"finger '{finger.name}' has no collision shape behind joint '{finger.joints[-1]}', and "
-                "no frame of a tip",
+                f"finger '{finger.name}' of hand '{model.name}' has no collision shape behind joint "
+                f"'{finger.joints[-1]}', and no frame of a tip",
                 remedy=f"say where its tip is with --tip {finger.name}=LINK:X,Y,Z",
                 finger=finger.name,
             )
@@ -123,7 +123,8 @@ def fit_tip(model: pinocchio.Model, finger: FoundFinger, last: LastLink, radius_
     if radius_m is None and len(reaching):
         best = reaching[int(np.argmax(reaching[:, 3]))]
         return FoundTip(best[:3], float(best[3]), "a sphere of the description")
-    pad = fit_pad(last.points, pad_axes(last), radius_m)
+    whose = f"finger '{finger.name}' of hand '{model.name}'"
+    pad = fit_pad(last.points, pad_axes(last), radius_m, whose)
     return FoundTip(
         pad.centre, pad.radius_m, f"the pad of its last link, {1e3 * pad.proud_m:.1f} mm proud at most"
     )

@@ -19,6 +19,7 @@ from graspbench.simulation.mounts.mount import PalmTask
 from graspbench.simulation.mounts.urdf import fixed_joint, hand_robot, light_link, roll_pitch_yaw
 
 _LOST_M = 0.002
+_LOOK_EVERY = 8
 
 
 class ArmMount:
@@ -40,6 +41,7 @@ class ArmMount:
         )
         self._wanted = np.full((4, 4), np.nan)
         self._still = False
+        self._until_looked_at = 0
 
     @classmethod
     def for_task(cls, arm: ArmParameters, hand: HandModel, task: PalmTask) -> Self:
@@ -97,6 +99,14 @@ class ArmMount:
         pose: FloatArray = self.base_to_world @ self._arm.palm_pose(self._motors.positions())
         return pose
 
+    def _hit(self, goal: FloatArray) -> tuple[str, str] | None:
+        """Return what would hit each other, looked at every few steps."""
+        self._until_looked_at -= 1
+        if self._until_looked_at >= 0:
+            return None
+        self._until_looked_at = _LOOK_EVERY - 1
+        return self._arm.bodies.first_hit(goal[None])
+
     def _check(self, goal: FloatArray, speed: FloatArray, wanted: FloatArray) -> None:
         arm = self._arm
         if (out := np.flatnonzero((goal < arm.lower) | (goal > arm.upper))).size:
@@ -106,6 +116,8 @@ class ArmMount:
             what = f"joint {k + 1} of the arm would have to move at {np.degrees(abs(speed[k])):.0f} deg/s"
         elif np.linalg.norm(arm.palm_pose(goal)[:3, 3] - wanted[:3, 3]) > _LOST_M:
             what = "the palm's goal is out of the arm's reach"
+        elif (met := self._hit(goal)) is not None:
+            what = f"{met[0]} of the arm and {met[1]} would hit each other"
         else:
             return
         raise SimulationError(what, remedy="move slower or less far, or choose arm=floating")

@@ -309,6 +309,29 @@ def assess(chain: Chain, q: FloatArray, goal: FloatArray, first_low: int) -> tup
 
 
 @compiled
+def followed_path(
+    chain: Chain, q: FloatArray, goals: FloatArray, spans_s: FloatArray, rate: float
+) -> FloatArray:
+    """Return the joints with which poses are followed, as ``comfort_of_path`` does, shape (t, n).
+
+    Args:
+        chain: The chain.
+        q: Joints at the start, shape (n,).
+        goals: Poses of the palm in the base frame, shape (t, 4, 4).
+        spans_s: Time since the pose before, shape (t,); 0 for the first.
+        rate: Centring rate.
+    """
+    frames, now = np.zeros((len(q), 3, 4)), q.copy()
+    path = np.zeros((len(goals), len(q)))
+    for t in range(len(goals)):
+        steps = 2 if spans_s[t] > 0.0 else 1
+        for _ in range(steps):
+            now = _followed(chain, now, goals[t], rate * spans_s[t] / steps, 2, frames)
+        path[t] = now
+    return path
+
+
+@compiled
 def comfort_of_path(
     chain: Chain,
     q: FloatArray,

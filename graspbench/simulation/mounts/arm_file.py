@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
@@ -15,9 +16,11 @@ from graspbench.hand.completion import is_only_seen, name_meshes, parsed_urdf, t
 from graspbench.hand.files import find_urdf
 from graspbench.hand.importing.structure import LinkTree
 from graspbench.hand.inertias import complete_inertias
+from graspbench.hand.numbers import check_numbers
+from graspbench.quiet import captured_output
 from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.inertia import mend_inertias
-from graspbench.simulation.mounts.arm_shapes import flange_pose, hull_vertices
+from graspbench.simulation.mounts.arm_shapes import flange_pose, hull_vertices, placed_bodies
 
 PREFIX = "arm/"
 """Before the names of the arm's links and joints: the hand may have the same."""
@@ -43,6 +46,8 @@ class ArmFile:
         speed_limits: Shape (n,), rad/s or m/s.
         effort_limits: Shape (n,), N m or N.
         hulls: Vertices of each moving link's convex hull in its own frame, each shape (k, 3), joint by joint.
+        bodies: Of each link with shapes what it is called, the joint that moves it (-1: none), and points
+            that span it in the frame behind that joint, each shape (k, 3).
     """
 
     name: str
@@ -55,6 +60,7 @@ class ArmFile:
     speed_limits: FloatArray
     effort_limits: FloatArray
     hulls: tuple[FloatArray, ...]
+    bodies: tuple[tuple[str, int, FloatArray], ...]
 
 
 def read_arm(p: ArmParameters) -> ArmFile:
@@ -87,18 +93,27 @@ def _read(p: ArmParameters, source: Path, folders: tuple[Path, ...], _modified_n
     chain = _chain(tree, base, p)
     tip = p.tip or chain[-1][1]
     _cut(robot, tree, base, [link for _, link in chain], tip)
+    check_numbers(robot, p.name)
     try:
         name_meshes(robot, source, folders, p.name)
         joints = _completed_joints(robot, [joint for joint, _ in chain if joint in tree.moving], p)
         complete_inertias(robot, p.density_kg_m3, p.name)
         mend_inertias(robot)
-        return _described(robot, base, tip, joints, p)
+        described = _described(robot, base, tip, joints, p)
+        kinematic_model(described.urdf)
+        return described
     except ValueError as error:  # a number that is none, somewhere in the file
         raise HandError(
             f"the URDF '{source}' of hand '{p.name}' cannot be read ({error})",
             remedy="check the file",
             path=str(source),
         ) from error
+
+
+def kinematic_model(urdf: str) -> pinocchio.Model:
+    """Return Pinocchio's model of an arm's completed URDF; raise ValueError where it reads none."""
+    with captured_output():
+        return pinocchio.buildModelFromXML(urdf)
 
 
 @contextmanager
@@ -241,6 +256,7 @@ def _described(
     for joint in joints:
         child = joint.find("child")
         hulls.append(shapes["" if child is None else child.get("link", "")])
+    bodies = tuple(placed_bodies(robot, joints, shapes))
     limits = [joint.find("limit") for joint in joints]
     _prefix_names(robot)
     return ArmFile(
@@ -254,6 +270,7 @@ def _described(
         speed_limits=np.array([float(limit.get("velocity", 0.0)) for limit in limits if limit is not None]),
         effort_limits=np.array([float(limit.get("effort", 0.0)) for limit in limits if limit is not None]),
         hulls=tuple(hulls),
+        bodies=bodies,
     )
 
 

@@ -13,8 +13,9 @@ from graspbench.arrays import FloatArray
 from graspbench.hand.model import HandModel
 from graspbench.simulation.arm_parameters import ArmParameters
 from graspbench.simulation.mounts import arm_chain
+from graspbench.simulation.mounts.arm_bodies import ArmBodies
 from graspbench.simulation.mounts.arm_chain import Chain
-from graspbench.simulation.mounts.arm_file import ArmFile, read_arm
+from graspbench.simulation.mounts.arm_file import ArmFile, kinematic_model, read_arm
 
 _BRACKET_M = (0.03, 0.05)
 """Lengths along the flange's axis and along the palm's, room for the hand's own mounting plate."""
@@ -66,13 +67,14 @@ class ArmModel:
         transform_root_to_tip: Fixed pose of the hand's root link in the link that carries it, shape (4, 4).
         pivot: Point about which the arm reaches, in its base's frame, shape (3,).
         reach_m: Farthest that the palm can be from there, an upper bound.
+        bodies: What of it may hit each other, and the hand.
         turns_upright: Whether the first joint turns the arm about the base's z axis, as a turn of the base
             does.
     """
 
     def __init__(self, arm: ArmFile, hand: HandModel, transform_palm_to_flange: FloatArray) -> None:
         self.arm = arm
-        self._model = pinocchio.buildModelFromXML(arm.urdf)
+        self._model = kinematic_model(arm.urdf)
         self.n = int(self._model.nq)
         palm_to_tip = self._palm_to_tip = arm.transform_flange_to_tip @ transform_palm_to_flange
         self.transform_root_to_tip: FloatArray = palm_to_tip @ np.linalg.inv(hand.transform_palm_to_root)
@@ -86,6 +88,7 @@ class ArmModel:
         self.chain = self._chain(placement)
         self.turns_upright = not arm.slides[0] and self._first_axis_is_upright()
         self.pivot, self.reach_m = self._reach()
+        self.bodies = ArmBodies(arm, hand, palm_to_tip)
 
     def palm_pose(self, joints: FloatArray) -> FloatArray:
         """Return the palm's pose in the arm's base frame, shape (4, 4)."""
@@ -118,6 +121,18 @@ class ArmModel:
     def reach(self, seed: FloatArray, transform_palm_to_base: FloatArray) -> FloatArray:
         """Return joints that bring the palm to a pose from afar, each turned into its range, shape (n,)."""
         return np.asarray(arm_chain.reach(self.chain, seed, transform_palm_to_base, 0.5 * self.centring_rate))
+
+    def path(self, joints: FloatArray, palms: FloatArray, times_s: FloatArray) -> FloatArray:
+        """Return the joints with which poses of the palm are followed, shape (t, n).
+
+        Args:
+            joints: Joint positions before the first, shape (n,).
+            palms: Poses in the base frame, shape (t, 4, 4).
+            times_s: Their times, shape (t,).
+        """
+        spans = np.diff(times_s, prepend=times_s[0])
+        poses = np.ascontiguousarray(palms)
+        return np.asarray(arm_chain.followed_path(self.chain, joints, poses, spans, self.centring_rate))
 
     def seeds(self, transform_palm_to_base: FloatArray, count: int) -> list[FloatArray]:
         """Return joints, unlike each other, that bring the palm near a pose, the nearest first.
@@ -193,7 +208,7 @@ class ArmModel:
 @lru_cache(maxsize=4)
 def _drawn(arm: ArmFile) -> tuple[FloatArray, FloatArray]:
     """Return random joints, shape (m, n), and the poses of the tip link for them, shape (m, 4, 4)."""
-    model = pinocchio.buildModelFromXML(arm.urdf)
+    model = kinematic_model(arm.urdf)
     data, tip = model.createData(), model.getFrameId(arm.tip)
     shares = np.random.default_rng(0).uniform(_EDGE, 1.0 - _EDGE, (_DRAWN, model.nq))
     joints = model.lowerPositionLimit + shares * (model.upperPositionLimit - model.lowerPositionLimit)

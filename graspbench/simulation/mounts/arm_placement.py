@@ -94,12 +94,12 @@ def _better(best: Placement | None, arm: ArmModel, base: FloatArray, task: PalmT
         score, turn = _score(arm, joints, to_base @ palms, times_s, height, least, arm.turns_upright)
         if score <= least:
             continue
-        turned, first = base, joints
+        turned, first, inside = base, joints, to_base @ palms
         if arm.turns_upright:
             turned, first = _turned(base, turn), joints - turn * np.eye(arm.n)[0]
             inside = np.linalg.inv(turned) @ palms
             score, _ = _score(arm, first, inside, times_s, height, least, False)
-        if score > least:
+        if score > least and arm.bodies.first_hit(arm.path(first, inside, times_s)) is None:
             best = Placement(arm, turned, first, direction, score)
     return best
 
@@ -135,7 +135,9 @@ def _first_joints(arm: ArmModel, first: FloatArray, height_m: float) -> list[Flo
         state = arm.assess(joints, first)
         comfort = _comfort(_least_margin(state.margins, arm.turns_upright), state.dexterity)
         fits = comfort > 0.0 and state.error_m < _REACHED_M and state.lowest_m + height_m > _CLEARANCE_M
-        if fits and not any(np.abs(other - joints).max() < 0.1 for _, other in found):
+        if not fits or any(np.abs(other - joints).max() < 0.1 for _, other in found):
+            continue
+        if arm.bodies.first_hit(joints[None]) is None:
             found.append((comfort, joints))
     return [joints for _, joints in sorted(found, key=lambda item: -item[0])[:_STARTS]]
 

@@ -1,6 +1,7 @@
 """Where an arm's shapes are, and its flange: where those of its last link end along the last joint's axis."""
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from itertools import product
 
 import coal
@@ -51,15 +52,11 @@ def _outwards(
     if abs(along) < _ASIDE_M and len(points):
         along = float((points @ axis).mean())
     outwards = axis if along >= 0.0 else -axis
-    by_child = {}
-    for joint in robot.findall("joint"):
-        child = joint.find("child")
-        by_child["" if child is None else child.get("link", "")] = joint
+    by_child = {_end(joint, "child"): joint for joint in robot.findall("joint")}
     link, turn = tip, np.eye(3)
     while by_child[link] is not last:  # fixed joints between the last one that moves and the tip
         turn = _origin(by_child[link])[0] @ turn
-        parent = by_child[link].find("parent")
-        link = "" if parent is None else parent.get("link", "")
+        link = _end(by_child[link], "parent")
     return np.asarray(turn.T @ outwards)
 
 
@@ -82,6 +79,39 @@ def _origin(element: ElementTree.Element) -> tuple[FloatArray, FloatArray]:
 
 def _numbers(text: str) -> FloatArray:
     return np.array([float(word) for word in text.split()])
+
+
+def placed_bodies(
+    robot: ElementTree.Element, joints: list[ElementTree.Element], shapes: Mapping[str, FloatArray]
+) -> list[tuple[str, int, FloatArray]]:
+    """Return, for each link with shapes, its name, the joint that moves it, and its points in its frame.
+
+    Args:
+        robot: The chain alone; its root stands.
+        joints: The joints that move, first to last.
+        shapes: Points of each link's shapes in the link's frame, each shape (n, 3).
+
+    Returns:
+        The joint as its place among ``joints``, -1 for what stands; points in the frame of the link that the
+        joint moves, those of what stands in the root's.
+    """
+    by_child = {_end(joint, "child"): joint for joint in robot.findall("joint")}
+    found = []
+    for name, own in shapes.items():
+        link, points = name, own
+        while link in by_child and by_child[link] not in joints:
+            rotation, offset = _origin(by_child[link])
+            points = points @ rotation.T + offset
+            link = _end(by_child[link], "parent")
+        stage = joints.index(by_child[link]) if link in by_child else -1
+        if len(points):
+            found.append((f"link '{name}'", stage, points))
+    return found
+
+
+def _end(joint: ElementTree.Element, end: str) -> str:
+    element = joint.find(end)
+    return "" if element is None else element.get("link", "")
 
 
 def hull_vertices(link: ElementTree.Element, arm: str) -> FloatArray:

@@ -1,7 +1,9 @@
 """The arm as a mount: its kinematics against PyBullet's, its place, and a grasp carried by it."""
 
+import tempfile
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pinocchio
@@ -13,11 +15,13 @@ from graspbench.config.trial_config import load_config
 from graspbench.errors import HandError, SimulationError
 from graspbench.geometry import ObjectParameters, load_object
 from graspbench.hand import HandParameters, load_hand
+from graspbench.quiet import captured_output
 from graspbench.simulation import ExecutionParameters, SceneParameters, World
 from graspbench.simulation.arm_parameters import FLOATING, ArmParameters
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.mounts.arm_file import PREFIX, read_arm
-from graspbench.simulation.mounts.arm_model import FIRST_LOW_JOINT, ArmModel, brackets
+from graspbench.simulation.mounts.arm_model import FIRST_LOW_JOINT, ArmModel, brackets, carrying_arms
+from graspbench.simulation.mounts.arm_placement import place_arm
 from graspbench.simulation.mounts.choice import make_mount
 from graspbench.simulation.phases import palm_task, plan_phases
 from graspbench.simulation.simulated_hand import SimulatedHand
@@ -215,6 +219,72 @@ def test_the_place_is_one_and_the_whole_task_is_within_the_joints_ranges(hand):
             assert share == 0.0 or np.all(np.abs(now - before) < place.arm.speed_limits * phase.time_s / 49)
 
 
+DEEP_M = 0.002
+"""Bullet adds a margin of a millimetre to meshes, and hulls of many corners are thinned out."""
+
+
+def bullets_hits(mount, path):
+    """Return, of each posture, links that overlap in PyBullet's model, which shares only the files."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file, captured_output():
+            file.write(mount.urdf())
+            file.flush()
+            body = pybullet.loadURDF(file.name, useFixedBase=True, physicsClientId=client)
+        count = pybullet.getNumJoints(body, physicsClientId=client)
+        infos = [pybullet.getJointInfo(body, k, physicsClientId=client) for k in range(count)]
+        ids = {info[1].decode(): k for k, info in enumerate(infos)}
+        links = {k: info[12].decode() for k, info in enumerate(infos)}
+        found = []
+        for joints in path:
+            for name, angle in zip(mount.placement.arm.arm.joints, joints, strict=True):
+                pybullet.resetJointState(body, ids[name], angle, physicsClientId=client)
+            found.append(
+                {
+                    (links[a], links[b])
+                    for a, b in combinations(links, 2)
+                    if links[a].startswith(PREFIX)
+                    and pybullet.getClosestPoints(body, body, -DEEP_M, a, b, physicsClientId=client)
+                }
+            )
+        return found
+    finally:
+        pybullet.disconnect(client)
+
+
+@pytest.mark.parametrize("name", ["kuka", "xarm6"])
+def test_an_arm_that_hits_itself_or_its_hand_is_told_as_bullet_does(hand, name):
+    mount = mount_at(hand, from_above(), ARMS[name], until="contact")
+    arm, start = mount.placement.arm, mount.placement.joints
+    assert arm.bodies.first_hit(start[None]) is None
+    shares = np.random.default_rng(0).uniform(0.02, 0.98, (60, arm.n))
+    path = arm.lower + shares * (arm.upper - arm.lower)
+    touching, *hits = bullets_hits(mount, [start, *path])
+    planted = [joints for joints, hit in zip(path, hits, strict=True) if hit - touching]
+    assert planted
+    for joints in planted:
+        assert arm.bodies.first_hit(joints[None]) is not None
+    with pytest.raises(SimulationError, match="would hit each other"):
+        mount._check(planted[0], np.zeros(arm.n), arm.palm_pose(planted[0]))
+
+
+def test_no_place_is_taken_from_which_the_arm_hits_itself(hand):
+    """Planted: of two brackets one leads to the better place, until all its postures are said to collide."""
+    parameters = ExecutionParameters(until="contact")
+    palms = np.stack((from_above(), from_above()))
+    task = palm_task(np.array([0.0, 1.0]), palms, OBJECT, parameters, plan_phases)
+    arms = carrying_arms(ARMS["xarm6"], hand, task.grasping)
+    first = place_arm(arms, task)
+    path = first.arm.path(first.joints, np.linalg.inv(first.transform_base_to_world) @ palms, np.arange(2.0))
+    np.testing.assert_allclose(path[-1], first.joints, atol=1e-3)
+    first.arm.bodies.first_hit = lambda path: ("link 'a'", "link 'b'")
+    assert place_arm(arms, task).arm is not first.arm
+    for arm in arms:
+        arm.bodies.first_hit = lambda path: ("link 'a'", "link 'b'")
+    with pytest.raises(SimulationError, match="from no place"):
+        place_arm(arms, task)
+
+
 def test_what_the_arm_cannot_do_is_said(hand):
     with pytest.raises(SimulationError, match="from no place beside the object"):
         mount_at(hand, from_above(2.0))
@@ -293,7 +363,7 @@ def test_an_arm_of_continuous_joints_turns_once_either_way(tmp_path):
     [
         ({"count": 5}, "has 5 joint\\(s\\) between 'foot' and 'l4'"),
         ({"limit": '<limit lower="1" upper="1"/>'}, "joint 'j0' of arm 'own' has no range"),
-        ({"limit": '<limit lower="a" upper="1"/>'}, "of arm 'own' cannot be read"),
+        ({"limit": '<limit lower="a" upper="1"/>'}, "joint 'j0' of arm 'own' has 'a' as 'lower'"),
         ({"limit": '<limit lower="0" upper="1"/><mimic joint="j1"/>'}, "follows another"),
         ({"kind": "planar"}, "'j0' of arm 'own' is planar"),
     ],
