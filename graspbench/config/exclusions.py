@@ -69,9 +69,12 @@ def _check_gait(config: "ManipulationConfig") -> None:
         raise ConfigurationError(
             "two fingers cannot gait: one alone does not hold the object", remedy="set hand.fingers=4"
         )
-    if config.execution.until != "off":
+    if config.execution.until != "off" and config.execution.control != "joint_impedance":
         raise ConfigurationError(
-            "a motion by finger gaiting is not played in physics", remedy="set execution=off"
+            f"fingers that step are not driven by execution.control = {config.execution.control}",
+            remedy="set execution.control=joint_impedance",
+            key="execution.control",
+            value=config.execution.control,
         )
 
 
