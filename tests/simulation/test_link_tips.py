@@ -63,4 +63,4 @@ def test_links_touch_where_planned_but_for_bullets_margin(tmp_path, tip, body):
             off = np.array(nearest[6]) - point
             assert abs(off @ normal) < 1e-4  # on the object's surface
             if tip != "box" and body == "ball":
-                assert np.linalg.norm(off) < 1e-4
+                assert np.linalg.norm(off) < 2e-4
