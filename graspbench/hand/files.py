@@ -14,6 +14,7 @@ from graspbench.errors import HandError
 
 SCHEME = "package://"
 _PACKAGE_DEPTH = 5
+_MAX_LINE = 8000
 
 
 def list_hands() -> tuple[str, ...]:
@@ -63,11 +64,21 @@ def find_urdf(urdf: str | None, package_dirs: tuple[str, ...], hand: str) -> tup
     )
 
 
+def in_short_lines(text: str) -> str:
+    """Return XML whose lines PyBullet reads whole: it reads 8191 letters at a time and breaks names in two.
+
+    Text whose lines are short enough is returned as it is.
+    """
+    if all(len(line) <= _MAX_LINE for line in text.split("\n")):
+        return text
+    return text.replace("><", ">\n<")
+
+
 def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
     """Write a URDF to a file named after its content.
 
     Args:
-        text: The URDF.
+        text: The URDF; it is written with lines that PyBullet reads whole.
         stem: First part of the file's name.
         folder: Where to write; the user's cache folder by default.
 
@@ -77,6 +88,7 @@ def write_urdf(text: str, stem: str, folder: Path | None = None) -> Path:
     Raises:
         HandError: The file cannot be written.
     """
+    text = in_short_lines(text)
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     target = folder or user_cache("hands")
     path = target / f"{stem}_{digest}.urdf"

@@ -243,6 +243,8 @@ def settle(
                             gram[a, b] += rows[a, i] * rows[b, i] * (WRIST_SHARE if i < 3 else 1.0)
                 gram[a, a] *= 1.0 + SETTLE_DAMPING  # fewer joints may be free than there are rows
                 gram[a, a] += 1e-12
+                if chains.elements.shape[0] > 0:  # a flat face moves its contact by metres a radian
+                    gram[a, a] *= 1.0 + 1e-9
             weights = np.linalg.solve(gram, gaps[:count])
             blocked = False
             for i in range(size):

@@ -8,6 +8,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.errors import HandError
+from graspbench.hand.files import in_short_lines
 from graspbench.hand.model import HandModel
 from graspbench.quiet import captured_output
 from graspbench.simulation.bullet import pybullet
@@ -24,8 +25,6 @@ _JOINT_SPEED = 1e6
 grams more than that within a step, and what is cut is missing in the balance of forces: fingers pressed
 unevenly, and lost what they hold with a step of a quarter; where joints follow others, they pressed
 three times too hard."""
-
-_TIP_MARGIN_M = 1e-5
 
 
 class SimulatedHand:
@@ -59,7 +58,6 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = fingers_of_links(self._client, self.body, hand, links, ids)
         self._set_friction(friction)
-        self._sharpen_tips()
         self._lift_limits()
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
@@ -239,7 +237,7 @@ class SimulatedHand:
         base = self.mount.base_to_world
         with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
             path = Path(folder) / "hand.urdf"
-            path.write_text(self.mount.urdf(), encoding="utf-8")
+            path.write_text(in_short_lines(self.mount.urdf()), encoding="utf-8")
             try:
                 with captured_output():
                     body: int = pybullet.loadURDF(
@@ -293,18 +291,6 @@ class SimulatedHand:
                 rollingFriction=0.0,
                 restitution=0.0,
                 physicsClientId=self._client,
-            )
-
-    def _sharpen_tips(self) -> None:
-        """Let links that touch as they are have their own size and edges.
-
-        Bullet adds a margin of 1 mm around meshes and cylinders, and rounds boxes by as much.
-        """
-        if not self.hand.tips_are_links:
-            return
-        for link in self._finger_of_link:
-            pybullet.changeDynamics(
-                self.body, link, collisionMargin=_TIP_MARGIN_M, physicsClientId=self._client
             )
 
     def _lift_limits(self) -> None:

@@ -16,7 +16,7 @@ from graspbench.hand import (
     PalmDescription,
     load_hand,
 )
-from graspbench.hand.files import write_urdf
+from graspbench.hand.files import in_short_lines, write_urdf
 from graspbench.hand.radial import radial_urdf
 
 GRIPPER = """<robot name="gripper">
@@ -172,3 +172,12 @@ def test_collision_shapes_are_replaced(allegro):
     assert kinds == ["box", "cylinder"]
     for mesh in ElementTree.parse(allegro.urdf_path).getroot().iter("mesh"):
         assert Path(mesh.get("filename")).is_file()
+
+
+def test_long_lines_are_broken_between_tags_only():
+    short = "<robot>\n<link name='a'/></robot>"
+    assert in_short_lines(short) == short
+    links = "".join(f'<link name="link_{k}" />' for k in range(1000))
+    broken = in_short_lines(f"<robot>{links}</robot>")
+    assert max(len(line) for line in broken.split("\n")) < 100
+    assert broken.replace("\n", "") == f"<robot>{links}</robot>"

@@ -32,7 +32,7 @@ def finger(n: str, place: dict[str, str], geometry: str, *, last: str = "0 -1 0"
     return (
         joint(f"{n}1", "palm", f"{n}_a", "1 0 0", low=-0.6, high=0.6, **place)
         + link(f"{n}_a")
-        + joint(f"{n}2", f"{n}_a", f"{n}_b", "0 -1 0", low=-1.2, high=1.0)
+        + joint(f"{n}2", f"{n}_a", f"{n}_b", "0 -1 0", at="0 0 0.012", low=-1.2, high=1.0)
         + link(f"{n}_b", 0.06)
         + joint(f"{n}3", f"{n}_b", f"{n}_c", "0 -1 0", at="0 0 0.06", low=-0.2, high=1.6)
         + link(f"{n}_c", 0.04)

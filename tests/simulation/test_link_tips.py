@@ -1,4 +1,4 @@
-"""The simulated hand touches where it was planned to, with the links' real shapes."""
+"""The simulated hand touches where it was planned to, with the links' real shapes and Bullet's margin."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,9 @@ from graspbench.simulation.mounts.floating import FloatingWrist
 from graspbench.simulation.simulated_hand import SimulatedHand
 from graspbench.simulation.tip_friction import TipFriction
 from tests.hand.tip_hands import BOX, CYLINDER, pad_mesh, tip_hand
+
+EXTRA_M = {"box": (-2e-5, 7.5e-4), "cylinder": (-1.05e-3, -0.95e-3), "mesh": (-1.05e-3, -0.95e-3)}
+"""What Bullet adds: a margin of 1 mm around meshes and cylinders; boxes get edges as round."""
 
 CENTRE = np.array([0.0, 0.0, 0.5])
 HALF = np.array([0.025, 0.03, 0.04])
@@ -31,7 +34,7 @@ def on_box():
 
 @pytest.mark.parametrize("tip", ["box", "cylinder", "mesh"])
 @pytest.mark.parametrize("body", ["ball", "box"])
-def test_contacts_agree_within_a_tenth_of_a_millimetre(tmp_path, tip, body):
+def test_links_touch_where_planned_but_for_bullets_margin(tmp_path, tip, body):
     geometry = {"box": BOX, "cylinder": CYLINDER}.get(tip) or pad_mesh(tmp_path / "pad.stl")
     hand = load_hand(tip_hand(tmp_path, geometry))
     points, normals = on_ball() if body == "ball" else on_box()
@@ -55,7 +58,9 @@ def test_contacts_agree_within_a_tenth_of_a_millimetre(tmp_path, tip, body):
             )
             assert found, "the link is there"
             nearest = min(found, key=lambda each: each[8])
-            assert abs(nearest[8]) < 1e-4
-            assert abs((np.array(nearest[6]) - point) @ normal) < 1e-4
-            if body == "ball":  # on a flat face anything that is as near is as good
-                assert np.linalg.norm(np.array(nearest[6]) - point) < 1e-4
+            low, high = EXTRA_M[tip]
+            assert low <= nearest[8] <= high
+            off = np.array(nearest[6]) - point
+            assert abs(off @ normal) < 1e-4  # on the object's surface
+            if tip != "box" and body == "ball":
+                assert np.linalg.norm(off) < 2e-4
