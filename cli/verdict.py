@@ -10,15 +10,30 @@ if TYPE_CHECKING:
 def verdict(result: "TrialResult") -> str:
     """Say whether the object was held, or where and why it was lost; sliding and pushes."""
     if result.manipulation is not None:
-        moved = f"moved as asked within {1e3 * result.manipulation.position_error_max_m:.2g} mm"
+        within = f"within {1e3 * result.manipulation.position_error_max_m:.2g} mm"
+        if result.gait is not None:
+            return f"The object is turned by {result.gait.turned_deg:.0f} deg {within}{_walked(result)}."
         played = "" if result.in_hand is None else ", and was held through it in physics"
-        return f"The object {moved}{played}."
+        return f"The object moved as asked {within}{played}."
     execution = result.execution
     if execution is None:
         return "A grasp was planned; nothing was executed."
     if not execution.success:
         return f"Lost{_where(execution)}: {execution.reason}.{_instead(result)}"
     return f"Held{_phases(execution)}{_sliding(execution)}{_pushes(execution)}.{_instead(result)}"
+
+
+def _walked(result: "TrialResult") -> str:
+    """Say how often fingers step in a gait, and what came of it in physics."""
+    gait, played = result.gait, result.in_hand
+    assert gait is not None, "the caller has looked"
+    said = ", and no finger has to step" if gait.steps == 0 else f" with {gait.steps} steps of single fingers"
+    if played is None or played.turned_about_axis_deg is None:
+        return said
+    slid = "" if not played.fingers_slipped else f", {played.fingers_slipped} finger(s) slipped"
+    missed = "" if not played.steps_missed else f", {played.steps_missed} step(s) missed it"
+    turned = f"turned by {played.turned_about_axis_deg:.1f} deg"
+    return f"{said}; in physics it was held and {turned}{slid}{missed}"
 
 
 def _instead(result: "TrialResult") -> str:

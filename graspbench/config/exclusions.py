@@ -69,14 +69,23 @@ def _check_gait(config: "ManipulationConfig") -> None:
         raise ConfigurationError(
             "two fingers cannot gait: one alone does not hold the object", remedy="set hand.fingers=4"
         )
-    if config.execution.until != "off":
+    if config.execution.until != "off" and config.execution.control != "joint_impedance":
         raise ConfigurationError(
-            "a motion by finger gaiting is not played in physics", remedy="set execution=off"
+            f"fingers that step are not driven by execution.control = {config.execution.control}",
+            remedy="set execution.control=joint_impedance",
+            key="execution.control",
+            value=config.execution.control,
         )
 
 
 def check_manipulation(config: "ManipulationConfig") -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
+    if config.hand.tip_shape == "link":
+        raise ConfigurationError(
+            "objects are moved in the hand by spherical fingertips, which roll on them: not with "
+            "hand.tip_shape=link",
+            remedy="set hand.tip_shape=sphere",
+        )
     fingers = config.hand.fingers
     for name, options in config.clik.tasks.items():
         for key in ("fingers", "first", "second", "contacts", "middle_of"):

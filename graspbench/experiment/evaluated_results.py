@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from graspbench.config.engine import check_jobs
 from graspbench.config.protocols import EvaluationParameters, load_evaluation, split_evaluation
 from graspbench.errors import ConfigurationError, InputError
 from graspbench.evaluation.table import kendall_between
-from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, evaluate_records, scale_of, stated
+from graspbench.experiment.evaluation import EvaluateOptions, Evaluation, scale_of, stated
 from graspbench.experiment.evaluation_table import protocol_table
+from graspbench.experiment.evaluation_work import EvaluationWork, evaluated_portions, split_work
 from graspbench.experiment.export import grasp_sets
 from graspbench.report.statistics import wilson_interval
 from graspbench.results.plain import as_plain
@@ -59,19 +61,27 @@ def evaluate_results(
         "stand": dataclasses.asdict(parameters.stand),
         "seed": options.seed,
     }
+    check_jobs(options.jobs)
     rows = _kept(output, about)
     known = {row["trial"] for row in rows}
     with_grasp: set[str] = set()
+    work: list[EvaluationWork] = []
+    trials: list[list[TrialResult]] = []
     for config, found in grasp_sets([folder]):
-        fresh = [(result, record) for result, record in found if result.trial_id not in known]
         with_grasp |= {result.trial_id for result, _ in found}
-        if not fresh:
-            continue
         scale = scale_of(config.object)
-        records = [dataclasses.replace(record, object_scale=scale) for _, record in fresh]
-        evaluated = evaluate_records(records, config, parameters, seed=options.seed, jobs=options.jobs)
-        for (result, _), row in zip(fresh, evaluated.rows, strict=True):
-            rows.append(_names(result) | row)
+        records = [dataclasses.replace(record, object_scale=scale) for _, record in found]
+        for portion in split_work(records, config, parameters, options.seed):
+            of_portion = [found[i][0] for i in portion.numbers]
+            # A portion is tried whole, so that outcomes do not depend on what was kept.
+            if any(result.trial_id not in known for result in of_portion):
+                work.append(portion)
+                trials.append(of_portion)
+    anew = {result.trial_id for of_portion in trials for result in of_portion}
+    rows = [row for row in rows if row["trial"] not in anew]
+    on_grasp(len(rows), len(results))
+    for of_portion, evaluated in zip(trials, evaluated_portions(work, options.jobs), strict=True):
+        rows += [_names(result) | row for result, row in zip(of_portion, evaluated, strict=True)]
         _keep(output, about, rows)
         on_grasp(len(rows), len(results))
     known = {row["trial"] for row in rows} | with_grasp

@@ -18,7 +18,7 @@ from graspbench.evaluation.grasp_record import GraspRecord
 from graspbench.evaluation.other_readings import combined_reading
 from graspbench.evaluation.table import kendall_between
 from graspbench.experiment.evaluation_table import protocol_table
-from graspbench.experiment.evaluation_work import evaluate_work, in_processes, split_work
+from graspbench.experiment.evaluation_work import evaluated_portions, split_work
 from graspbench.experiment.hand_and_object import hand_and_object
 from graspbench.geometry import ObjectParameters, load_object
 from graspbench.hand import load_hand
@@ -131,7 +131,7 @@ def evaluate_records(
     check_jobs(jobs)
     work = list(split_work(records, config, parameters, seed))
     rows: list[dict[str, Any]] = []
-    for done in in_processes(work, jobs) if jobs else map(evaluate_work, work):
+    for done in evaluated_portions(work, jobs):
         rows += done
         on_grasp(len(rows), len(records))
     rows.sort(key=lambda row: int(row["grasp"]))

@@ -71,15 +71,19 @@ def split_work(
             )
 
 
-def in_processes(work: Sequence[EvaluationWork], jobs: int) -> Iterator[list[dict[str, Any]]]:
-    """Yield the rows of each portion in its turn, from several processes.
+def evaluated_portions(work: Sequence[EvaluationWork], jobs: int) -> Iterator[list[dict[str, Any]]]:
+    """Yield the rows of each portion in its turn.
 
     The grasps of a portion whose process dies are told as crashed; the others are not touched.
 
     Args:
         work: The portions.
-        jobs: Processes at a time.
+        jobs: Processes at a time; 0: in this process.
     """
+    return _in_processes(work, jobs) if jobs else map(evaluate_work, work)
+
+
+def _in_processes(work: Sequence[EvaluationWork], jobs: int) -> Iterator[list[dict[str, Any]]]:
     with ProcessPool(max_workers=jobs, context=get_context("forkserver")) as pool:
         for each, future in [(each, pool.schedule(evaluate_work, args=(each,))) for each in work]:
             try:

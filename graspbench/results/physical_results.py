@@ -248,6 +248,21 @@ class PlayedResult(Part):
     turned_max_deg: Annotated[
         Number | None, About("How far it turned in the palm frame", empty=_NOT_REACHED)
     ] = None
+    turned_about_axis_deg: Annotated[
+        Number | None,
+        About("How far it turned in the palm about the grasp's normal", empty="not by finger gaiting"),
+    ] = None
+    slip_max_m: Annotated[
+        Number | None, About("Net sliding at the contact that slid farthest", empty=_NOT_REACHED)
+    ] = None
+    fingers_slipped: Annotated[
+        int | None,
+        About("Fingers that slid on a contact by more than execution.push_slip_m", empty="older result"),
+    ] = None
+    steps: Annotated[int | None, About("Steps that fingers took in physics", empty="older result")] = None
+    steps_missed: Annotated[
+        int | None, About("Steps that ended without a touch of the object", empty="older result")
+    ] = None
     histories: Annotated[
         Mapping[str, tuple[Number, ...]], About("Errors and motion by time", column=False)
     ] = field(default_factory=dict)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio
 
-from graspbench.arrays import FloatArray
+from graspbench.arrays import BoolArray, FloatArray
 from graspbench.grasp.internal_forces import ForceBalance
 from graspbench.simulation.pad_friction import PadFriction
 from graspbench.simulation.stage import Stage
@@ -61,6 +61,9 @@ class ForceControl:
         self._return_rate = min(slowest, p.stiffness_nm_rad / max(p.damping_nms_rad, 1e-9))
         self._renew = max(1, round(_RENEW_S / stage.time_step_s))
         self.rest = stage.hand.state()[0]
+        self._on = np.arange(len(fingers))
+        self._change_s = 0.0
+        self._applied: FloatArray | None = None
         self._forces = np.zeros((len(fingers), 3))
         self._pads = PadFriction(stage, fingers)
         self._points, self._normals = self._contacts()
@@ -102,9 +105,26 @@ class ForceControl:
         # A finger that has lost touch for a moment is taken to be where it was.
         self._felt = [new or old for new, old in zip(self.touches(), self._felt, strict=True)]
         self._points, self._normals = self._contacts()
-        self._balance = ForceBalance(self._points, self._normals, self._stage.friction.coulomb)
-        self._forces, _ = self._balance.forces(self.mean_force_n)
+        on = self._on
+        self._balance = ForceBalance(self._points[on], self._normals[on], self._stage.friction.coulomb)
+        self._forces = np.zeros_like(self._points)
+        self._forces[on], _ = self._balance.forces(self.mean_force_n)
         self._age = 0
+
+    def stand_on(self, holding: BoolArray, change_s: float) -> None:
+        """Grip and carry with some of the fingers only, from now on.
+
+        The forces before and after balance, and so does every mixture of them on the way.
+
+        Args:
+            holding: Which contacts hold, shape (n,), two or more.
+            change_s: Time constant with which forces change, from now on.
+        """
+        self._change_s = change_s
+        on = np.flatnonzero(holding)
+        if not np.array_equal(on, self._on):
+            self._on, self._left = on, None
+            self.distribute()
 
     def _contacts(self) -> tuple[FloatArray, FloatArray]:
         """Return contacts and normals into the object as last felt, in its own frame, shape (n, 3) each."""
@@ -151,7 +171,12 @@ class ForceControl:
         if self._age % self._renew == 0:
             self._renew_torques(q, palm, loaded=load > 0.0)
         self._age += 1
-        torques = self._own_weight + grip * self._pressing + load * self._carrying
+        applied = grip * self._pressing + load * self._carrying
+        if self._change_s > 0.0 and self._applied is not None:
+            share = min(1.0, stage.time_step_s / self._change_s)
+            applied = self._applied + share * (applied - self._applied)
+        self._applied = applied
+        torques = self._own_weight + applied
         away = self.rest - q
         springs = p.stiffness_nm_rad * away - p.damping_nms_rad * velocity
         stage.hand.drive_compliantly(torques, springs, self._return_rate * away, self._joints)
@@ -190,17 +215,19 @@ class ForceControl:
         """
         weight = self._weight_n * upwards
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
+        forces = np.zeros_like(self._points)
         for _ in range(_EFFORT_ROUNDS):
-            forces, self._left = self._balance.forces(mean_n, weight, self._left)
+            held, self._left = self._balance.forces(mean_n, weight, self._left)
             if self._left < 0.0:
                 break
+            forces[self._on] = held
             needed = torques(forces)
             share = self._within_effort(needed)
             if share >= _NEARLY_ALL:
                 return needed
             mean_n *= share
-        shared = torques((_weight_sharing(self._points) @ weight).reshape(-1, 3))
-        return self._pressing + shared
+        forces[self._on] = (_weight_sharing(self._points[self._on]) @ weight).reshape(-1, 3)
+        return self._pressing + torques(forces)
 
     def _within_effort(self, torques: FloatArray) -> float:
         """Return the share of some torques, 0 to 1, that leaves no joint at its limit.

@@ -80,17 +80,42 @@ class Grip:
                 self._response.feel(self._slip.slip_m)
         return self._judge(phase.name, self._largest_load(centres), lifted=True)
 
-    def play(self, name: str, drive: Callable[[int], None], steps: int) -> bool:
-        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`."""
+    def play(
+        self, name: str, drive: Callable[[int], str | None], steps: int, goal: FloatArray | None = None
+    ) -> bool:
+        """Let ``drive`` set the fingers' rest posture before each step, the palm at rest; as `move`.
+
+        Args:
+            name: Of the phase.
+            drive: Called with the number of the step, from 1; it tells how the object is lost,
+                one clause, which ends the phase; else None.
+            steps: How many.
+            goal: Where the object shall be in the palm at the end, shape (4, 4); by default where it was
+                after the squeeze.
+        """
+        if goal is not None:
+            self._reference = goal
         self._slip.begin_phase()
+        lost = None
         for k in range(1, steps + 1):
-            drive(k)
+            lost = drive(k)
+            if lost is not None:
+                break
             self.control.drive(self._goal(), 1.0, 1.0)
             self._stage.step()
             if k % self._look == 0:
                 self._slip.look()
                 self._response.feel(self._slip.slip_m)
-        return self._judge(name, 1.0, lifted=True)
+        return self._judge(name, 1.0, lifted=True, lost=lost)
+
+    @property
+    def slips_m(self) -> FloatArray:
+        """Net sliding of each finger, at the contact where it slid farthest, shape (n,)."""
+        return self._slip.slips_m
+
+    def begin_contact(self, contact: int) -> None:
+        """Let a finger's contact end: it takes another one."""
+        self._slip.begin_contact(contact)
 
     def push(self, direction: FloatArray) -> float:
         """Push harder and harder until a contact slides; return the push resisted, in weights.
@@ -190,13 +215,15 @@ class Grip:
         acceleration = np.diff(centres, 2, axis=0) / self._stage.time_step_s**2 + [0.0, 0.0, gravity]
         return float(np.linalg.norm(acceleration, axis=1).max(initial=gravity) / gravity)
 
-    def _judge(self, name: str, load_weight: float, *, lifted: bool) -> bool:
+    def _judge(self, name: str, load_weight: float, *, lifted: bool, lost: str | None = None) -> bool:
         now, p = self.object_in_palm(), self._stage.parameters
         contacts = sum(touch is not None for touch in self.control.touches())
         drift = float(np.linalg.norm(now[:3, 3] - self._reference[:3, 3]))
         height = self._stage.world.object_pose()[2, 3] - self._ground
         if lifted and height < 0.5 * p.lift_height_m:
             self.reason = f"the object was dropped in phase {name}"
+        elif lost is not None:
+            self.reason = f"{lost} in phase {name}"
         elif contacts < 2:
             self.reason = f"only {contacts} finger(s) held on in phase {name}"
         elif drift > p.slip_limit_m:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
@@ -11,7 +12,9 @@ from graspbench.simulation.approach import Approach
 from graspbench.simulation.arm_parameters import FLOATING
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import Motion, PhaseOutcome
+from graspbench.simulation.finger_walk import FingerWalk
 from graspbench.simulation.grip import Grip
+from graspbench.simulation.in_hand_path import InHandPath
 from graspbench.simulation.mounts.choice import Carrier
 from graspbench.simulation.phases import plan_lift
 from graspbench.simulation.stage import JointPath, Stage, turn_deg
@@ -20,21 +23,6 @@ from graspbench.simulation.world import World
 
 _SAMPLE_S = 0.02
 _SETTLE_S = 0.5
-
-
-@dataclass(frozen=True)
-class InHandPath:
-    """What the fingers shall do with the object, from the grasp on; the palm stays.
-
-    Attributes:
-        times: Ascending times from 0, shape (t,), s.
-        joints: Joint positions, shape (t, n_q), rad.
-        transforms_object_to_palm: The object's pose, shape (t, 4, 4); any frame that is fixed to it.
-    """
-
-    times: FloatArray
-    joints: FloatArray
-    transforms_object_to_palm: FloatArray
 
 
 @dataclass(frozen=True)
@@ -55,6 +43,10 @@ class InHandResult:
         rotation_error_deg: Angle between its orientation and the wanted one, shape (s,).
         moved_m: How far its centre has moved in the palm frame, shape (s,).
         turned_deg: How far it has turned in the palm frame, shape (s,).
+        turned_about_axis_deg: How far of that about the path's axis at the end; None without one.
+        slips_m: Net sliding of each finger, at the contact where it slid farthest, shape (n,).
+        steps: Steps that fingers took.
+        steps_missed: Steps that ended without a touch.
         motion: Samples for the record, from the approach on.
     """
 
@@ -70,6 +62,10 @@ class InHandResult:
     rotation_error_deg: FloatArray
     moved_m: FloatArray
     turned_deg: FloatArray
+    turned_about_axis_deg: float | None
+    slips_m: FloatArray
+    steps: int
+    steps_missed: int
     motion: Motion
 
 
@@ -85,7 +81,8 @@ def play_in_hand(
 ) -> InHandResult:
     """Grasp and lift the object, then play the joint path under grip force.
 
-    The fingers are springs around the joint path, besides the forces that grip and carry the object.
+    The fingers are springs around the joint path, besides the forces that grip and carry the object. Where
+    the path has a finger step, the others hold the object against its weight meanwhile.
 
     Args:
         world: The object at rest on the table; it is changed.
@@ -109,49 +106,49 @@ def play_in_hand(
     missing = [f for f in fingers if f not in approach.touch]
     if missing:
         names = ", ".join(hand.finger_names[f] for f in missing)
-        return _result(stage, None, [], f"no touch of {names} at the end of the approach")
+        return _result(stage, None, None, path, [], f"no touch of {names} at the end of the approach")
     grip = Grip(stage, fingers, [approach.touch[f] for f in fingers])
     tracked: list[tuple[float, FloatArray, FloatArray]] = []
+    walk = None
     if grip.squeeze() and all(grip.move(phase) for phase in stage.phases().carrying):
-        tracked = _move_in_hand(stage, grip, path)
-    return _result(stage, grip, tracked, grip.reason)
+        walk = FingerWalk(stage, grip, fingers, path)
+        tracked = _move_in_hand(stage, grip, path, walk)
+    return _result(stage, grip, walk, path, tracked, grip.reason)
 
 
-def _move_in_hand(stage: Stage, grip: Grip, path: InHandPath) -> list[tuple[float, FloatArray, FloatArray]]:
+def _move_in_hand(
+    stage: Stage, grip: Grip, path: InHandPath, walk: FingerWalk
+) -> list[tuple[float, FloatArray, FloatArray]]:
     """Play the path; return time, real and wanted pose of the object in the palm at every sample."""
     dt = stage.time_step_s
-    steps = max(1, round(float(path.times[-1]) / dt))
+    steps = max(1, round(walk.duration_s / dt))
     every = max(1, round(_SAMPLE_S / dt))
-    start, rest = grip.object_in_palm(), grip.control.rest
-    undo = np.linalg.inv(path.transforms_object_to_palm[0])
+    start = grip.object_in_palm()
     tracked = [(0.0, start, start)]
 
-    def drive(k: int) -> None:
-        time_s = min(k * dt, float(path.times[-1]))
-        offset = _joints_at(path, time_s) - path.joints[0]
-        at = min(int(np.searchsorted(path.times, time_s)), len(path.times) - 1)
-        wanted = path.transforms_object_to_palm[at] @ undo @ start
-        grip.control.aim(rest + offset, wanted)
+    def drive(k: int) -> str | None:
+        time_s = walk.at(min(k * dt, walk.duration_s))
+        wanted = path.moved_at(time_s) @ start
+        grip.control.aim(walk.rest(path.joints_at(time_s), time_s), wanted)
         if k % every == 0:
             grip.control.distribute()  # contacts roll over the surface
             if k > 0:
                 tracked.append((k * dt, grip.object_in_palm(), wanted))
+                off_m = np.linalg.norm(tracked[-1][1][:3, 3] - wanted[:3, 3])
+                if off_m > stage.parameters.slip_limit_m:
+                    return f"the object slipped {1e3 * off_m:.0f} mm"
+        return walk.lost
 
-    grip.play("in_hand", drive, steps + round(_SETTLE_S / dt))
+    goal = path.moved_at(float(path.times[-1])) @ start
+    grip.play("in_hand", drive, steps + round(_SETTLE_S / dt), goal)
     return tracked
-
-
-def _joints_at(path: InHandPath, time_s: float) -> FloatArray:
-    after = min(max(int(np.searchsorted(path.times, time_s)), 1), len(path.times) - 1)
-    span = path.times[after] - path.times[after - 1]
-    share = (time_s - path.times[after - 1]) / span
-    joints: FloatArray = (1.0 - share) * path.joints[after - 1] + share * path.joints[after]
-    return joints
 
 
 def _result(
     stage: Stage,
     grip: Grip | None,
+    walk: FingerWalk | None,
+    path: InHandPath,
     tracked: list[tuple[float, FloatArray, FloatArray]],
     reason: str | None,
 ) -> InHandResult:
@@ -170,5 +167,17 @@ def _result(
         rotation_error_deg=np.array([turn_deg(goal, real) for _, real, goal in tracked]),
         moved_m=np.array([np.linalg.norm(real[:3, 3] - start[:3, 3]) for _, real, _ in tracked]),
         turned_deg=np.array([turn_deg(start, real) for _, real, _ in tracked]),
+        turned_about_axis_deg=None if path.axis is None or not tracked else _turned_about(path.axis, tracked),
+        slips_m=np.zeros(0) if grip is None else grip.slips_m,
+        steps=0 if walk is None else len(path.steps),
+        steps_missed=0 if walk is None else walk.missed,
         motion=stage.motion(),
     )
+
+
+def _turned_about(axis: FloatArray, tracked: list[tuple[float, FloatArray, FloatArray]]) -> float:
+    """Return how far the object has turned about an axis in the end, in deg; whole turns are counted."""
+    start = tracked[0][1][:3, :3]
+    turns = Rotation.from_matrix([real[:3, :3] @ start.T for _, real, _ in tracked]).as_quat()
+    angles = np.unwrap(2.0 * np.arctan2(turns[:, :3] @ axis, turns[:, 3]), period=2.0 * np.pi)
+    return float(np.degrees(angles[-1] - angles[0]))

@@ -27,14 +27,24 @@ class SlipMeter:
 
     def __init__(self, hand: SimulatedHand, fingers: tuple[int, ...], contact_force_n: float) -> None:
         self._hand, self._fingers, self._contact_force_n = hand, fingers, contact_force_n
-        self._sums = np.zeros((len(fingers), 3))
+        self._sums, self._worst_m = np.zeros((len(fingers), 3)), np.zeros(len(fingers))
         self._before: tuple[Sequence[Touch | None], FloatArray, FloatArray] | None = None
         self.contacts_lost = 0
 
     @property
     def slip_m(self) -> float:
         """Net sliding of the contact that slid farthest."""
-        return float(np.linalg.norm(self._sums, axis=1).max())
+        return float(self.slips_m.max())
+
+    @property
+    def slips_m(self) -> FloatArray:
+        """Net sliding of each contact, the farthest of all that a finger has had, shape (n,)."""
+        slips: FloatArray = np.maximum(self._worst_m, np.linalg.norm(self._sums, axis=1))
+        return slips
+
+    def begin_contact(self, contact: int) -> None:
+        """Sum the sliding of a contact anew: its finger goes elsewhere."""
+        self._worst_m, self._sums[contact] = self.slips_m, 0.0
 
     def begin_phase(self) -> None:
         """Count lost contacts anew."""

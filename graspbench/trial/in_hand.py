@@ -24,6 +24,7 @@ from graspbench.record import TrialLog
 from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
+from graspbench.simulation.in_hand_path import InHandPath, StepOnPath
 from graspbench.trial.clock import StageClock
 from graspbench.trial.outcome import local_result, object_result, phase_results, planned_result
 from graspbench.trial.planned import PlannedTrial, film, planned_trial
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from graspbench.simulation.in_hand import InHandResult
 
 RANGE_FILE = "range.csv"
+
+MIN_TURNED_SHARE = 0.9
+"""Of the turn that is asked for, so much has to come about in physics."""
 
 _LOG_RATE_HZ = 50.0
 
@@ -69,8 +73,9 @@ def run_in_hand(
             checked = clock.run("check", lambda: _check(config, trial, contact, moved))
         reason = f"the check of the gait: {checked.violations[0]}" if checked and checked.violations else None
         played = None if reason else _play(config, trial, moved, clock)
-        if played is not None and played.reason:
-            reason = f"played in physics: {played.reason}"
+        lost = None if played is None else _lost(config, played)
+        if lost is not None:
+            reason = f"played in physics: {lost}"
         result = dataclasses.replace(
             started,
             status="failed" if reason else "done",
@@ -81,7 +86,7 @@ def run_in_hand(
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             gait=checked,
-            in_hand=None if played is None else _played_result(played),
+            in_hand=None if played is None else _played_result(played, config.execution.push_slip_m),
         )
         with clock.stage("record"):
             if played is None:
@@ -138,7 +143,7 @@ def _play(
     """Play the motion on the simulated object, if that is asked for and there is one."""
     if trial.scene is None or config.execution.until == "off":
         return None
-    from graspbench.simulation.in_hand import InHandPath, play_in_hand  # loads PyBullet
+    from graspbench.simulation.in_hand import play_in_hand  # loads PyBullet
     from graspbench.simulation.tip_friction import tip_friction
 
     with clock.stage("paths"):
@@ -149,7 +154,7 @@ def _play(
             config.planner,
             trial.checker.ground_height_m,
         )
-    path = InHandPath(moved.history.times, moved.history.joints, moved.desired_transforms_object_to_palm)
+    path = _path(moved)
     soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
     pad = config.contact.forces.pad if config.contact.kind == "soft_pad" else None
     friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m, pad)
@@ -166,12 +171,38 @@ def _play(
         )
 
 
+def _lost(config: ManipulationConfig, played: "InHandResult") -> str | None:
+    """Return why the motion has failed in physics, one clause; None if it has not."""
+    asked, turned = config.motion.gait.angle_deg, played.turned_about_axis_deg
+    if played.reason is None and turned is not None and turned / asked < MIN_TURNED_SHARE:
+        return f"the object was held, but turned only {turned:.0f} of {asked:g} deg"
+    return played.reason
+
+
+def _path(moved: ManipulationResult) -> InHandPath:
+    """Return a motion as physics plays it, with the steps of a gait."""
+    times, poses = moved.history.times, moved.desired_transforms_object_to_palm
+    if not isinstance(moved, GaitResult):
+        return InHandPath(times, moved.history.joints, poses)
+    steps = []
+    for step in moved.steps:
+        at = int(np.argmin(np.abs(times - step.to_s)))
+        inward = -poses[at, :3, :3] @ moved.contact_normals[at, step.contact]
+        steps.append(StepOnPath(step.contact, step.from_s, step.to_s, inward))
+    return InHandPath(times, moved.history.joints, poses, moved.axis, tuple(steps))
+
+
 def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:
     return dict(figures)
 
 
-def _played_result(played: "InHandResult") -> PlayedResult:
-    """Return what came of the motion in physics; the sampled motion is left to the log."""
+def _played_result(played: "InHandResult", slipped_m: float) -> PlayedResult:
+    """Return what came of the motion in physics; the sampled motion is left to the log.
+
+    Args:
+        played: What came of it.
+        slipped_m: A finger that slid farther on one contact counts as slipped.
+    """
     errors = (
         {}
         if not played.times.size
@@ -184,6 +215,7 @@ def _played_result(played: "InHandResult") -> PlayedResult:
             "turned_max_deg": float(played.turned_deg.max()),
         }
     )
+    slid = None if played.slips_m.size == 0 else float(played.slips_m.max())
     histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
     return PlayedResult(
         success=played.success,
@@ -192,6 +224,11 @@ def _played_result(played: "InHandResult") -> PlayedResult:
         planned_friction=played.planned_friction,
         grip_force_n=played.grip_force_n,
         phases=phase_results(played.phases),
+        turned_about_axis_deg=played.turned_about_axis_deg,
+        slip_max_m=slid,
+        fingers_slipped=int(np.sum(played.slips_m > slipped_m)),
+        steps=played.steps,
+        steps_missed=played.steps_missed,
         histories={name: tuple(getattr(played, name).tolist()) for name in histories},
         **errors,
     )

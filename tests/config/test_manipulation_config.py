@@ -156,7 +156,6 @@ def test_completion_offers_only_what_composes():
         ("contact=frictionless", "do not gait on contacts of kind 'frictionless'"),
         ("contact=soft_pad", "do not gait on contacts of kind 'soft_pad'"),
         ("hand.fingers=2", "two fingers cannot gait"),
-        ("execution=default", "not played in physics"),
         ("motion.gait.angle_deg=400", "motion.gait.angle_deg"),
     ],
 )
@@ -164,3 +163,10 @@ def test_a_gait_that_can_never_be_done_is_refused_before_anything(override, word
     with pytest.raises(ConfigurationError, match=word):
         load_manipulation_config(["motion=gait", override])
     assert load_manipulation_config(["motion=gait"]).motion.gait.angle_deg == 60.0
+
+
+def test_a_gait_is_played_by_springs_in_the_joints_only():
+    gait = ["motion=gait", "hand.fingers=4", "execution=default"]
+    assert load_manipulation_config(gait).execution.until == "hold"
+    with pytest.raises(ConfigurationError, match="fingers that step are not driven by"):
+        load_manipulation_config([*gait, "execution.control=hybrid"])

@@ -171,6 +171,8 @@ def test_planners_of_a_sweep_are_compared_by_every_protocol_and_gone_on_with(cli
     kept = (tmp_path / "judged/rows.jsonl").read_text()
     assert cli(*asked).document == document
     assert (tmp_path / "judged/rows.jsonl").read_text() == kept
+    (tmp_path / "judged/rows.jsonl").write_text("".join(kept.splitlines(keepends=True)[:-1]))
+    assert cli(*asked, "--jobs", "2").document == document, "a row that was lost is made anew as it was"
     other = cli(*asked, "protocol.mass_kg=0.2")
     assert other.code == 2
     assert "made with other options" in other.stderr

@@ -27,7 +27,7 @@ COARSE = (
 )  # fmt: skip
 
 # Chosen by a group whose other options they need, or by what the machine has; each has tests of its own.
-ELSEWHERE = {"object.scale", "hand.kind", "scene.source", "scene.renderer", "clik.method",
+ELSEWHERE = {"object.scale", "hand.kind", "hand.tip_shape", "scene.source", "scene.renderer", "clik.method",
     "record.video"}  # fmt: skip
 # Values that may leave nothing to grasp by, or that take long: each in a trial of its own, so that it hides
 # no other, and that no other waits for it.

@@ -1,5 +1,7 @@
 """`graspbench manipulate motion=gait` as a user meets it."""
 
+import json
+
 import pandas as pd
 import pytest
 
@@ -44,3 +46,34 @@ def test_a_gait_that_cannot_be_done_is_refused_with_how_far_it_goes(cli, tmp_pat
     assert "can turn the object only" in result["reason"]
     assert "motion.gait.angle_deg=" in finished.stderr + str(result)
     assert result["gait"] is None
+
+
+def test_a_gait_is_played_in_physics(cli, tmp_path):
+    arguments = ("object=sphere", "hand=allegro", "hand.fingers=4", "motion=gait", "execution=default")
+    quick = ("motion.gait.angle_deg=30", "motion.gait.step_time_s=0.5", "execution.lift_time_s=0.5")
+    finished = cli("run", *arguments, *quick, *SHORT, "-o", tmp_path)
+    assert finished.code == 0, finished.stderr
+    result = json.loads(next(tmp_path.glob("*/result.json")).read_text())
+    played = result["in_hand"]
+    assert played["success"]
+    assert played["steps"] == result["gait"]["steps"] >= 1
+    assert played["steps_missed"] == played["fingers_slipped"] == 0
+    # in truth, from the physics' own poses, and against its weight
+    assert played["turned_about_axis_deg"] == pytest.approx(30.0, abs=2.0)
+    assert played["position_error_max_m"] < 2e-3
+    assert played["phases"]["in_hand"]["contacts_lost"] == 1
+    said = " ".join(finished.stdout.split())
+    assert f"with {played['steps']} steps of single fingers; in physics it was held and turned by" in said
+
+
+def test_an_object_that_slips_from_the_fingers_is_a_failed_gait(cli, tmp_path):
+    """With less friction in physics than was planned with."""
+    arguments = ("object=cube", "hand.fingers=4", "motion=gait", "motion.gait.angle_deg=20")
+    slippery = ("execution=default", "execution.friction=0.05", *SHORT)
+    finished = cli("manipulate", *arguments, *slippery, "--json", "-o", tmp_path)
+    assert finished.code == 1
+    result = finished.document
+    assert (result["status"], result["success"]) == ("failed", False)
+    assert result["reason"].startswith("played in physics: ")
+    assert not result["in_hand"]["success"]
+    assert result["gait"]["verified"]

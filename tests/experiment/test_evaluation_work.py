@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from graspbench.config.protocols import load_evaluation
-from graspbench.experiment.evaluation_work import in_processes, split_work
+from graspbench.experiment.evaluation_work import evaluated_portions, split_work
 from graspbench.experiment.hand_and_object import hand_and_object
 from tests.evaluation.scene import known
 
@@ -37,7 +37,7 @@ def test_a_portion_whose_process_dies_harms_no_other():
     deadly = replace(parameters, protocols={"deadly": Deadly()})
     records = known()[:2]
     (safe,), (fatal,) = (list(split_work(records, config, each, 0)) for each in (parameters, deadly))
-    first, lost, last = in_processes([safe, fatal, safe], 2)
+    first, lost, last = evaluated_portions([safe, fatal, safe], 2)
     assert first == last
     assert [row["status"] for row in first] == ["done", "done"]
     assert [row["status"] for row in lost] == ["crashed", "crashed"]
