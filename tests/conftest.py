@@ -26,6 +26,13 @@ LONG = (
     "hand/test_grasp_checker.py",
     "e2e/test_bench.py",
     "e2e/test_table_3_1.py",
+    "e2e/test_gait.py",
+    "e2e/test_arms.py",
+    "e2e/test_manipulate.py",
+    "config/test_bounds.py",
+    "manipulation/test_qp.py",
+    "manipulation/test_clik_step.py",
+    "simulation/controllers/test_controllers.py",
 )
 _HERE = Path(__file__).parent
 
