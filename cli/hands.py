@@ -52,6 +52,9 @@ def add(
         typer.Option(help="Centre of a tip, FINGER=LINK:X,Y,Z in mm.", show_default=False),
     ] = None,
     tip_radius_mm: Annotated[float | None, typer.Option(help="Radius of the fingertips.")] = None,
+    tip_shape: Annotated[
+        str, typer.Option(help="What touches: sphere, at the tips, or link, the last links as they are.")
+    ] = "sphere",
     posture: Annotated[
         list[str] | None,
         typer.Option(help="Posture of a grasp, FINGER=A,B,C in deg (slides: mm).", show_default=False),
@@ -83,6 +86,7 @@ def add(
         drop=drop or (),
         tips=tip or (),
         tip_radius_mm=tip_radius_mm,
+        tip_shape=tip_shape,
         postures=posture or (),
         rests=rest or (),
         locks=lock or (),

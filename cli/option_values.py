@@ -18,6 +18,7 @@ OPTION_VALUES: dict[str, tuple[str, ...]] = {
     "execution.touch.measure": ("q1", "q2", "q3"),
     "execution.until": ("off", "contact", "hold", "pushes", "shakes"),
     "hand.kind": ("radial", "urdf"),
+    "hand.tip_shape": ("sphere", "link"),
     "index.pairs": ("true", "false"),
     "index.rest": ("balance", "potential", "single"),
     "motion.map_range": ("true", "false"),

@@ -12,15 +12,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from hydra import compose, initialize_config_dir
-from hydra._internal.config_repository import ConfigRepository
-from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.types import Override
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from graspbench.config.experiments import EXPERIMENT, keys_of
 from graspbench.config.groups import CONF_DIR, group_options, store_options_without_file
+from graspbench.config.hydra_composition import compose_files
 from graspbench.config.option_files import check_option_files, has_resolver
 from graspbench.config.overrides import first_line, parse_overrides
 from graspbench.config.schema import (
@@ -151,15 +149,8 @@ def _compose_groups(
     overrides = [f"{_IN_HYDRA.get(group, group)}={option}" for group, option in choices]
     if config_dir is not None:
         check_option_files(config_dir)
-    GlobalHydra.instance().clear()
     try:
-        with initialize_config_dir(config_dir=str(CONF_DIR), version_base="1.3"):
-            if config_dir is not None:
-                _search_too(config_dir)
-            found = compose(primary, overrides=overrides, return_hydra_config=True)
-            chosen = _choices(found.hydra.runtime.choices)
-            sections: Any = [key for key in found if key != "hydra"]
-            composed = OmegaConf.to_container(OmegaConf.masked_copy(found, sections))
+        composed, made = compose_files(primary, overrides, config_dir)
     except RecursionError as error:
         raise ConfigurationError(
             "the configuration's defaults include themselves", remedy="correct the files of --config-dir"
@@ -169,18 +160,7 @@ def _compose_groups(
             f"the configuration cannot be composed ({first_line(error)})",
             remedy="look at it with 'graspbench config'",
         ) from error
-    assert isinstance(composed, dict)
-    return {str(key): value for key, value in composed.items()}, chosen
-
-
-def _search_too(config_dir: Path) -> None:
-    """Let Hydra find the user's files as well, whatever characters their folder's path has."""
-    loader = GlobalHydra.instance().config_loader()
-    path: Any = loader.get_search_path()
-    path.append("user", f"file://{config_dir.resolve()}")
-    entries = path.get_path()
-    entries[-2:] = entries[:-3:-1]  # Hydra wants its own schemas to be last
-    vars(loader)["repository"] = ConfigRepository(config_search_path=path)
+    return composed, _choices(made)
 
 
 # An experiment's keys are those of the whole configuration, whatever its file says of a package.

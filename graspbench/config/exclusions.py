@@ -80,6 +80,12 @@ def _check_gait(config: "ManipulationConfig") -> None:
 
 def check_manipulation(config: "ManipulationConfig") -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
+    if config.hand.tip_shape == "link":
+        raise ConfigurationError(
+            "objects are moved in the hand by spherical fingertips, which roll on them: not with "
+            "hand.tip_shape=link",
+            remedy="set hand.tip_shape=sphere",
+        )
     fingers = config.hand.fingers
     for name, options in config.clik.tasks.items():
         for key in ("fingers", "first", "second", "contacts", "middle_of"):

@@ -60,7 +60,7 @@ def describe_hands(config_dir: Path | None = None) -> list[dict[str, Any]]:
                 "name": option,
                 "fingers": hand.n_fingers,
                 "joints": hand.n_joints,
-                "tip_radius_mm": 1e3 * hand.tip_radius_m,
+                "tip_radius_mm": 1e3 * hand.pad_radius_m,
                 "span_mm": 1e3 * GraspChecker(hand).pair_limit_m,
             }
         )

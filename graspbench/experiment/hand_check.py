@@ -60,6 +60,7 @@ def check_hand(
     hand = load_hand(parameters)
     if parameters.kind == "urdf":
         yield from _file_findings(parameters)
+    yield _touch_finding(hand)
     yield from _workspace_findings(hand)
     yield from _opposition_findings(hand)
     yield from _simulation_findings(hand)
@@ -116,6 +117,33 @@ def _file_findings(parameters: HandParameters) -> Iterator[Finding]:
         )
     meshes = [mesh for link in links for mesh in link.findall("collision/geometry/mesh")]
     yield Finding("meshes", "ok", f"all {len(meshes)} collision meshes were found and read.")
+
+
+def _touch_finding(hand: HandModel) -> Finding:
+    """Say which shape touches, and where the links reach farther than it."""
+    size = f"{1e3 * hand.pad_radius_m:.1f} mm"
+    if hand.tips_are_links:
+        ends = {joints[-1] for joints in hand.chain_joints}
+        own = [item.geometry for item in hand.geometry.geometryObjects if item.parentJoint in ends]
+        return Finding(
+            "touching",
+            "ok",
+            f"the fingers touch with their last links as they are ({_few(_shape_names(own))}), within "
+            f"{2e3 * hand.pad_radius_m:.0f} mm of their ends.",
+        )
+    if hand.bare_tips:
+        return Finding(
+            "touching",
+            "note",
+            f"the fingers touch with spheres of {size}, which the description lacks at "
+            f"{_few(hand.bare_tips)}: the links touch as they really are with hand.tip_shape=link.",
+        )
+    return Finding("touching", "ok", f"the fingers touch with spheres of {size} that the description has.")
+
+
+def _shape_names(shapes: Sequence[object]) -> list[str]:
+    names = ["mesh" if hasattr(shape, "vertices") else type(shape).__name__.lower() for shape in shapes]
+    return [f"{names.count(name)} x {name}" for name in dict.fromkeys(names)]
 
 
 def _turn_deg(joint: ElementTree.Element) -> float:

@@ -15,6 +15,7 @@ from graspbench.hand.parameters import FingerDescription
 
 LOWER, UPPER, PREFERRED, RATIO, OFFSET, VECTOR_RATIO, VECTOR_OFFSET = 0, 1, 2, 3, 4, 5, 6
 SLIDES, LEADER_FINGER, LEADER = 0, 1, 2
+DISC, ROUND, ELEMENT = 6, 7, 8
 _NUDGE, _AXIS_TOLERANCE = 0.5, 1e-6
 
 
@@ -34,6 +35,11 @@ class Chains(NamedTuple):
         tips: Tip centres in the last joint frames, shape (f, 3), m.
         limits: Lower limit, upper limit and preferred position of the joints, rad or m; ratio and offset to
             the leader (1 and 0 for itself), then to the entry of the joint vector; shape (f, k, 7).
+        elements: What tips of the links' real shapes are hulls of, in the last joint frames: a centre, the
+            axis of a disc around it, the disc's radius, and the radius of the ball it is swept by; none for
+            spherical tips; shape (e, 8), m.
+        spans: First element of each finger and the one after its last, shape (f, 2).
+        pads: Directions that tips of real shapes touch in, in the last joint frames, shape (f, 3).
     """
 
     counts: IntArray
@@ -42,6 +48,9 @@ class Chains(NamedTuple):
     fixed: FloatArray
     tips: FloatArray
     limits: FloatArray
+    elements: FloatArray
+    spans: IntArray
+    pads: FloatArray
 
 
 def extract_chains(
@@ -76,6 +85,9 @@ def extract_chains(
         fixed=np.tile(np.eye(3, 4), (*shape, 1, 1)),
         tips=np.zeros((len(fingers), 3)),
         limits=np.zeros((*shape, 7)),
+        elements=np.zeros((0, ELEMENT)),
+        spans=np.zeros((len(fingers), 2), dtype=np.int64),
+        pads=np.zeros((len(fingers), 3)),
     )
     chains.kinds[..., LEADER_FINGER], chains.kinds[..., LEADER] = np.indices(shape)
     chains.limits[..., RATIO] = chains.limits[..., VECTOR_RATIO] = 1.0

@@ -18,10 +18,11 @@ from graspbench.hand.posture_search import (
     TIP_TOLERANCE_M,
     Attempt,
     PostureSearch,
-    surroundings_of,
 )
 from graspbench.hand.reach import pair_limit, tip_gap
+from graspbench.hand.surroundings import surroundings_of
 from graspbench.hand.task import Task
+from graspbench.hand.tip_support import FINAL_SHARPNESS_M
 from graspbench.hand.verification import verify_posture
 
 if TYPE_CHECKING:
@@ -71,7 +72,9 @@ class GraspChecker:
         self.set_object(None)
         m = self.margins
         height = -np.inf if ground_height_m is None else float(ground_height_m)
-        self._limits = np.array([height, m.ground_m, m.hand_m, m.object_m, 2 * hand.tip_radius_m])
+        self._limits = np.array(
+            [height, m.ground_m, m.hand_m, m.object_m, 2 * hand.pad_radius_m, FINAL_SHARPNESS_M]
+        )
 
     def set_object(self, points: FloatArray | None, faces: IntArray | None = None) -> None:
         """Set the object's surface that palm and links must keep clear of.
@@ -193,7 +196,7 @@ class GraspChecker:
         gaps = np.linalg.norm(task.points[:, None] - task.points[None, :], axis=2)
         if not np.all(self._above_ground(task.points, task.normals)):
             return "a fingertip would hit the ground"
-        if not np.all(self._outside_object(task.points, task.normals)):
+        if not np.all(self.vertex_mask(task.points, task.normals)):
             return "a fingertip would sink into the object beside its contact"
         if gaps.max() > self.pair_limit_m:
             return (
@@ -205,11 +208,12 @@ class GraspChecker:
     def vertex_mask(self, points: FloatArray, normals: FloatArray) -> BoolArray:
         """Tell which contacts a fingertip can touch at all (necessary), shape (n,).
 
-        It must not hit the ground, nor sink into the object beside the contact, as it would in a crease.
+        It must not hit the ground, nor sink into the object beside the contact, as it would in a crease. Of
+        tips that are links the latter is seen only when a posture is tried.
         """
         points, normals = np.asarray(points, dtype=float), np.asarray(normals, dtype=float)
         free = self._above_ground(points, normals)
-        if len(self._surroundings.triangles.balls):
+        if len(self._surroundings.triangles.balls) and not self.hand.tips_are_links:
             free[free] = self._outside_object(points[free], normals[free])
         return free
 

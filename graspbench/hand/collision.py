@@ -18,9 +18,11 @@ from graspbench.hand.kinematics import forward
 from graspbench.hand.obstacle import Obstacle
 from graspbench.hand.shapes import BOUND, FINGER, IS_TIP, KIND, LINK, PLANES, RADIUS, Shapes
 from graspbench.hand.task import EXEMPT, HEIGHT, OBJECT, System, Task
+from graspbench.hand.tip_support import has_surface
 
 CLEARANCE_CAP_M = 0.05
 OBJECT_CAP_M = 0.01  # more room to the object never decides
+TOUCH_M = 9e-5  # how deep what touches may seem to be: a little less than the 0.1 mm that are tolerated
 EVERY_FINGER: Any = np.int64(-1)  # a plain -1 would be a type of its own to the compiler
 
 
@@ -241,6 +243,8 @@ def measure_clearances(
             distance = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, 0.0, distance)[
                 1
             ]
+            if has_surface(chains, f):
+                distance += TOUCH_M  # it is what touches
             out[2] = min(out[2], distance + task.limits[OBJECT])
         out[2] = nearest_obstacle(shapes, poses, s, task.obstacle, pose, system.exempt, radius, out[2])[1]
 

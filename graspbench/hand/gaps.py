@@ -11,10 +11,27 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.collision import far_apart, lowest_near, nearest_obstacle, tangent_plane, to_palm
 from graspbench.hand.distance import Point, core_distance
 from graspbench.hand.shapes import FINGER, IS_TIP, KIND, LINK, RADIUS, Shapes
-from graspbench.hand.task import EXEMPT, GROUND, HAND, HEIGHT, OBJECT, WORLD, System, Task
+from graspbench.hand.task import (
+    EXEMPT,
+    GROUND,
+    HAND,
+    HEIGHT,
+    OBJECT,
+    SHARPNESS,
+    TURN,
+    WORLD,
+    System,
+    Task,
+)
+from graspbench.hand.tip_support import C, H, has_surface, support
 
 TIP_WEIGHT = 1e3  # a residual of 1 is a tip error of 1 mm
 CLEARANCE_WEIGHT = 5e2
+LEAN_WEIGHT = 30.0
+MIN_LEAN, WANTED_LEAN = math.cos(math.radians(75.0)), math.cos(math.radians(65.0))
+"""Cosines between a pad's direction and where a tip of its link's shape is touched: what is allowed, and what
+the optimisation aims at."""
+
 BUFFER_M = 0.002  # the optimisation aims this far beyond the margins
 
 
@@ -38,19 +55,26 @@ def _add_gap(
     gap, body = system.gaps[count], system.bodies[count]
     gap[0], gap[1], gap[2], gap[3], gap[4] = residual, weight, n[0], n[1], n[2]
     gap[5], gap[6], gap[7], gap[8], gap[9], gap[10] = a[0], a[1], a[2], b[0], b[1], b[2]
+    gap[TURN], gap[TURN + 1], gap[TURN + 2] = 0.0, 0.0, 0.0
     body[0], body[1], body[2], body[3] = finger_a, link_a, finger_b, link_b
     return count + 1
 
 
 @inner
 def collect_tips(chains: Chains, task: Task, contact_of: IntArray, pose: FloatArray, system: System) -> int:
-    """Collect the tips' distances from their targets along the palm's axes."""
+    """Collect the tips' distances from their targets along the palm's axes.
+
+    Where a tip has its link's real shape, it is the point that touches the contact's tangent plane first.
+    """
     count: int = np.int64(0)  # type: ignore[assignment]  # typed at once, not as a literal
+    touch = system.touch
     for row in range(3 * contact_of.size):
         f, axis = row // 3, row % 3
         i = contact_of[f]
         if i < 0:
             continue
+        if axis == 0 and has_surface(chains, f):
+            _touch(chains, task, f, i, pose, system)
         target = to_palm(pose, task.targets[i])
         tip = (system.tips[f, 0], system.tips[f, 1], system.tips[f, 2])
         n = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
@@ -58,6 +82,79 @@ def collect_tips(chains: Chains, task: Task, contact_of: IntArray, pose: FloatAr
         count = _add_gap(
             system, count, gap, TIP_WEIGHT, n, tip, target, f, chains.counts[f] - 1, WORLD, WORLD
         )
+        if has_surface(chains, f):
+            u, v, w = to_palm_turned(pose, task.normals[i])
+            a, b, c = touch[H + 3 * axis], touch[H + 3 * axis + 1], touch[H + 3 * axis + 2]
+            turn = system.gaps[count - 1]
+            turn[TURN], turn[TURN + 1], turn[TURN + 2] = v * c - w * b, w * a - u * c, u * b - v * a
+    return count
+
+
+@inner
+def _touch(chains: Chains, task: Task, f: int, i: int, pose: FloatArray, system: System) -> None:
+    """Move a tip to the point of its shape that touches first at its contact."""
+    frame, found = system.frames[f, chains.counts[f] - 1], system.touch
+    u, v, w = to_palm_turned(pose, task.normals[i])
+    support(chains, f, frame, -u, -v, -w, task.limits[SHARPNESS], found)
+    for a in range(3):
+        system.tips[f, a] = frame[a, 3]
+        for b in range(3):
+            system.tips[f, a] += frame[a, b] * found[C + b]
+
+
+@inner
+def to_palm_turned(pose: FloatArray, direction: FloatArray) -> Point:
+    """Return a direction of the world in the palm frame of ``pose``, shape (3, 4)."""
+    return (
+        pose[0, 0] * direction[0] + pose[1, 0] * direction[1] + pose[2, 0] * direction[2],
+        pose[0, 1] * direction[0] + pose[1, 1] * direction[1] + pose[2, 1] * direction[2],
+        pose[0, 2] * direction[0] + pose[1, 2] * direction[1] + pose[2, 2] * direction[2],
+    )
+
+
+@inner
+def lean_of(chains: Chains, task: Task, f: int, i: int, pose: FloatArray, frame: FloatArray) -> float:
+    """Return the cosine between where a tip is touched and the direction of its pad."""
+    u, v, w = to_palm_turned(pose, task.normals[i])
+    x, y, z = _pad(chains, f, frame)
+    cosine: float = -(u * x + v * y + w * z)
+    return cosine
+
+
+@inner
+def _pad(chains: Chains, f: int, frame: FloatArray) -> Point:
+    x, y, z = chains.pads[f, 0], chains.pads[f, 1], chains.pads[f, 2]
+    return (
+        frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z,
+        frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z,
+        frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z,
+    )
+
+
+@inner
+def collect_pads(
+    chains: Chains, task: Task, contact_of: IntArray, pose: FloatArray, system: System, count: int
+) -> int:
+    """Collect tips of real shapes that are touched too far from their pads."""
+    nothing = (0.0, 0.0, 0.0)
+    for f in range(contact_of.size):
+        i = contact_of[f]
+        if i < 0 or not has_surface(chains, f):
+            continue
+        last = chains.counts[f] - 1
+        frame = system.frames[f, last]
+        missing = lean_of(chains, task, f, i, pose, frame) - WANTED_LEAN
+        if missing >= 0.0:
+            continue
+        before = count
+        count = _add_gap(
+            system, count, missing, LEAN_WEIGHT, nothing, nothing, nothing, f, last, WORLD, WORLD
+        )
+        if count > before:
+            u, v, w = to_palm_turned(pose, task.normals[i])
+            x, y, z = _pad(chains, f, frame)
+            turn = system.gaps[before]
+            turn[TURN], turn[TURN + 1], turn[TURN + 2] = v * z - w * y, w * x - u * z, u * y - v * x
     return count
 
 
@@ -92,7 +189,7 @@ def collect_world(
                 )
                 if not near:
                     continue
-                wanted = 0.5 * BUFFER_M
+                wanted = 0.0 if has_surface(chains, f) else 0.5 * BUFFER_M
                 a = (u, v, w)
             elif task.limits[HEIGHT] == -np.inf:
                 continue

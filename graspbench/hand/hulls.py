@@ -12,6 +12,7 @@ from graspbench.hand.directions import even_directions
 _MAX_CORNERS, _CORNER_DIRECTIONS, _PLANE_DIRECTIONS = 150, 500, 26
 _FACETS, _APART = 30, np.cos(np.radians(12.0))
 _FILL_APART = np.cos(np.radians(18.0))
+_FINE_FACETS, _FINE_APART = 400, np.cos(np.radians(6.0))
 
 
 class Hull(NamedTuple):
@@ -27,28 +28,31 @@ class Hull(NamedTuple):
     planes: FloatArray
 
 
-def hull_of(vertices: FloatArray) -> Hull | None:
+def hull_of(vertices: FloatArray, *, fine: bool = False) -> Hull | None:
     """Return a mesh's convex hull; None for a flat mesh.
 
     Args:
         vertices: Its vertices, shape (n, 3), m.
+        fine: Keep all corners, and planes wherever they differ by 6 deg: of a fingertip 15 mm round the
+            hull of these planes then stands out by some hundredths of a millimetre.
     """
     try:
         hull = scipy.spatial.ConvexHull(vertices)
     except (scipy.spatial.QhullError, ValueError):
         return None
     corners = vertices[hull.vertices]
-    kept = corners if len(corners) <= _MAX_CORNERS else extreme_points(corners, _CORNER_DIRECTIONS)
+    kept = corners if fine or len(corners) <= _MAX_CORNERS else extreme_points(corners, _CORNER_DIRECTIONS)
     normals: list[FloatArray] = []
     # Triangles of one facet have one normal: their areas count together.
     rounded, first, group = np.unique(
         np.round(hull.equations[:, :3], 3), axis=0, return_index=True, return_inverse=True
     )
+    facets, apart = (_FINE_FACETS, _FINE_APART) if fine else (_FACETS, _APART)
     a, b, c = np.moveaxis(vertices[hull.simplices], 1, 0)
     areas = np.bincount(group.ravel(), np.linalg.norm(np.cross(b - a, c - a), axis=1), len(rounded))
     for i in np.argsort(-areas, kind="stable"):
         normal = hull.equations[first[i], :3]
-        if len(normals) < _FACETS and all(normal @ other < _APART for other in normals):
+        if len(normals) < facets and all(normal @ other < apart for other in normals):
             normals.append(normal)
     for direction in even_directions(_PLANE_DIRECTIONS):
         if all(direction @ other < _FILL_APART for other in normals):

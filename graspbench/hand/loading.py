@@ -27,6 +27,8 @@ from graspbench.hand.files import find_urdf, write_urdf
 from graspbench.hand.model import Follower, HandModel, shape_poses
 from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription
 from graspbench.hand.radial import describe_radial, radial_urdf
+from graspbench.hand.tip_surfaces import with_surfaces
+from graspbench.hand.touching import with_pads
 from graspbench.quiet import captured_output
 
 _DRAWN_POSTURES = 8
@@ -65,6 +67,11 @@ def _load(key: _Key) -> HandModel:
     package_dirs: tuple[Path, ...]
     robot: ElementTree.Element | None = None
     if parameters.kind == "radial":
+        if parameters.tip_shape == "link":
+            raise HandError(
+                f"the tips of the radial hand '{parameters.name}' are spheres",
+                remedy="set hand.tip_shape=sphere, or hand.kind=urdf",
+            )
         path = write_urdf(radial_urdf(parameters), "radial")
         package_dirs = (path.parent,)
         palm, fingers = describe_radial(parameters)
@@ -79,8 +86,12 @@ def _load(key: _Key) -> HandModel:
     # All fingers are read, so that an idle one is checked and known to rest.
     extract_chains(model, transform, fingers, parameters.name)
     chains, frames = extract_chains(model, transform, used, parameters.name)
+    as_link = parameters.tip_shape == "link"
+    if as_link:
+        names = tuple(finger.name for finger in used)
+        chains = with_surfaces(chains, geometry, frames, parameters.tip_radius_m, names, parameters.name)
     bare = shapes.bare_tips(geometry, frames, chains.tips, chains.counts, parameters.tip_radius_m)
-    if bare and robot is not None:
+    if bare and robot is not None and not as_link:
         add_tip_spheres(robot, [used[f] for f in bare], parameters.tip_radius_m)
         path = write_urdf(_text(robot), path.stem.rsplit("_", 1)[0])
         model, geometry = read_urdf(path, package_dirs, parameters.name, meshes)
@@ -88,7 +99,9 @@ def _load(key: _Key) -> HandModel:
     preferred = _preferred(rest, chains)
     data = model.createData()
     pinocchio.forwardKinematics(model, data, preferred)
-    found = shapes.extract_shapes(model, geometry, data, transform, frames, chains.tips, chains.counts)
+    found = shapes.extract_shapes(
+        model, geometry, data, transform, frames, chains.tips, chains.counts, tips_are_links=as_link
+    )
     found = shapes.with_pairs(
         found,
         shape_poses(chains, found, np.ascontiguousarray(chains.limits[..., PREFERRED])),
@@ -105,7 +118,8 @@ def _load(key: _Key) -> HandModel:
         effort_limits=np.array(model.effortLimit),
         preferred=preferred,
         rest=rest,
-        tip_radius_m=parameters.tip_radius_m,
+        tip_radius_m=0.0 if as_link else parameters.tip_radius_m,
+        pad_radius_m=parameters.tip_radius_m,
         tip_links=tuple(finger.tip for finger in used),
         palm_link=palm.link,
         urdf_path=path,
@@ -120,7 +134,10 @@ def _load(key: _Key) -> HandModel:
         freedom=np.full(len(used), 3, dtype=np.int64),
         shapes=found,
         file_frames=parameters.formats,
+        bare_tips=() if as_link or robot is None else tuple(used[f].name for f in bare),
     )
+    if as_link:
+        loaded = with_pads(loaded)
     return replace(loaded, freedom=_freedom(loaded))
 
 

@@ -10,8 +10,10 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray, cross
 from graspbench.hand import kinematics
 from graspbench.hand.chains import (
+    DISC,
     LEADER,
     LEADER_FINGER,
+    ROUND,
     SLIDES,
     VECTOR_OFFSET,
     VECTOR_RATIO,
@@ -43,7 +45,10 @@ class Follower:
 
 @dataclass(frozen=True, eq=False)
 class HandModel:
-    """A hand of serial fingers with spherical tips; positions are in the palm frame.
+    """A hand of serial fingers; positions are in the palm frame.
+
+    Its tips are spheres, or the collision shapes of the last links as they are (``tips_are_links``). The
+    latter touch somewhere else in every grasp: ``touching.touching`` gives the hand whose tips are there.
 
     Attributes:
         name: Name of the hand.
@@ -56,7 +61,9 @@ class HandModel:
         effort_limits: Joint torque limits, shape (n_q,), N m.
         preferred: Preferred joints of a grasp; idle joints at rest, shape (n_q,), rad.
         rest: Joints while no finger is used, shape (n_q,), rad.
-        tip_radius_m: Radius of the spherical fingertips.
+        tip_radius_m: Radius of the spherical fingertips; 0 where the last links touch, whose tips are points
+            on their surfaces.
+        pad_radius_m: Half the width of a fingertip, whatever its shape.
         tip_links: Link (or frame) of each finger's tip; its origin is the tip's centre.
         palm_link: Link the palm frame is fixed to.
         urdf_path: The hand's URDF file.
@@ -71,6 +78,7 @@ class HandModel:
         freedom: In how many directions each finger can move its tip by itself, shape (n_f,).
         shapes: The collision shapes, for compiled distances; idle fingers count as palm.
         file_frames: How other benchmarks' files state the hand, by format.
+        bare_tips: Fingers whose spheres the description lacks: they were added.
     """
 
     name: str
@@ -84,6 +92,7 @@ class HandModel:
     preferred: FloatArray
     rest: FloatArray
     tip_radius_m: float
+    pad_radius_m: float
     tip_links: tuple[str, ...]
     palm_link: str
     urdf_path: Path
@@ -98,6 +107,7 @@ class HandModel:
     freedom: IntArray
     shapes: Shapes
     file_frames: Mapping[str, FileFrame] = field(default_factory=dict)
+    bare_tips: tuple[str, ...] = ()
 
     @property
     def n_fingers(self) -> int:
@@ -110,17 +120,43 @@ class HandModel:
         return len(self.joint_names)
 
     @property
+    def tips_are_links(self) -> bool:
+        """Whether the fingers touch with the collision shapes of their last links."""
+        return len(self.chains.elements) > 0
+
+    @property
+    def tip_reach_m(self) -> float:
+        """How far a contact can be from the tip's nominal centre."""
+        if not self.tips_are_links:
+            return self.tip_radius_m
+        chains, reach = self.chains, 0.0
+        for f, (first, last) in enumerate(chains.spans):
+            own = chains.elements[first:last]
+            away = np.linalg.norm(own[:, :3] - chains.tips[f], axis=1) + own[:, DISC] + own[:, ROUND]
+            reach = max(reach, float(away.max()))
+        return reach
+
+    @property
     def places_by_wrist(self) -> bool:
         """Whether some finger cannot place its tip by itself, so that the wrist has to make up for it.
 
-        That is so of fingers of one or two joints, of parallel axes only, and, as the compiled solvers of a
-        single finger do not know them, of joints that slide or follow others.
+        That is so of fingers that do not move their tips freely, and of tips that are links: where these
+        touch depends on how they are turned.
+        """
+        return self.tips_are_links or not self.moves_tips_freely
+
+    @property
+    def moves_tips_freely(self) -> bool:
+        """Whether every finger moves its tip in all directions, by joints that turn and are its own.
+
+        Not of fingers of one or two joints, of parallel axes only, and, as the compiled solvers of a single
+        finger do not know them, of joints that slide or follow others.
         """
         kinds = self.chains.kinds
         own = (kinds[..., LEADER_FINGER] == np.arange(self.n_fingers)[:, None]) & (
             kinds[..., LEADER] == np.arange(kinds.shape[1])
         )
-        return bool(np.any(self.freedom < 3) or not np.all(own) or np.any(kinds[..., SLIDES] == 1))
+        return bool(np.all(self.freedom == 3) and np.all(own) and not np.any(kinds[..., SLIDES] == 1))
 
     def finger_joints(self, finger: int) -> IntArray:
         """Return where the joints that move a finger are in the joint vector, palm to tip, shape (k,)."""
@@ -141,6 +177,10 @@ class HandModel:
         joint = self.chain_joints[finger][-1]
         _, axis = motion_axis(self.model, joint, self.name)
         return align_z(axis)
+
+    def last_rotation(self, finger: int, rows: FloatArray) -> FloatArray:
+        """Return a finger's last joint's rotation in the palm frame, joints by finger, shape (3, 3)."""
+        return np.asarray(_frames(self.chains, rows)[finger, self.chains.counts[finger] - 1, :, :3])
 
     def slides(self, finger: int, position: int) -> bool:
         """Return whether a joint of a finger's chain slides."""

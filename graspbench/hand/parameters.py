@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 Vector3 = tuple[float, float, float]
+TipShape = Literal["sphere", "link"]
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,10 @@ class PalmDescription:
 
 @dataclass(frozen=True)
 class FingerDescription:
-    """One finger: a chain of revolute joints from the palm to a spherical tip."""
+    """One finger: a chain of joints from the palm to a tip."""
 
     name: Annotated[str, Field(description="Name of the finger")]
-    tip: Annotated[str, Field(description="Link whose origin is the centre of the spherical tip")]
+    tip: Annotated[str, Field(description="Link whose origin is the centre of the tip")]
     tip_xyz_m: Annotated[
         Vector3, Field(description="Centre of the tip in that link, where it is not the origin, m")
     ] = (0.0, 0.0, 0.0)
@@ -103,7 +104,17 @@ class HandParameters:
         Literal["radial", "urdf"], Field(description="radial: generated; urdf: read from a file")
     ] = "radial"
     fingers: Annotated[int, Field(ge=2, le=5, description="Number of fingers to use")] = 3
-    tip_radius_m: Annotated[float, Field(gt=0, description="Radius of the spherical fingertips, m")] = 0.008
+    tip_radius_m: Annotated[
+        float,
+        Field(gt=0, description="Radius of the spherical fingertips; of tip_shape link half their width, m"),
+    ] = 0.008
+    tip_shape: Annotated[
+        TipShape,
+        Field(
+            description="What a finger touches with: a sphere at its tip, added where the description has "
+            "none, or the collision shapes of its last link as they are (urdf)"
+        ),
+    ] = "sphere"
 
     palm_radius_m: Annotated[float, Field(gt=0, description="Radius of the round palm (radial), m")] = 0.05
     palm_thickness_m: Annotated[float, Field(gt=0, description="Thickness of the palm (radial), m")] = 0.02

@@ -23,10 +23,10 @@ from graspbench.hand.chains import (
     Chains,
 )
 from graspbench.hand.collision import place_hand
-from graspbench.hand.gaps import collect_hand, collect_tips, collect_world
+from graspbench.hand.gaps import collect_hand, collect_pads, collect_tips, collect_world
 from graspbench.hand.placement_step import copy_matrix, is_leader, leads, move_hand, solve_step
 from graspbench.hand.shapes import Shapes
-from graspbench.hand.task import WORLD, System, Task
+from graspbench.hand.task import TURN, WORLD, System, Task
 
 CENTRING_WEIGHT = 0.25
 SETTLED_M = 1e-8
@@ -71,6 +71,7 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
                         speed = x * u + y * v + z * w
                     leader = chains.kinds[f, j, LEADER_FINGER] * k + chains.kinds[f, j, LEADER]
                     system.row[6 + leader] += sign * speed * chains.limits[f, j, RATIO]
+        _add_turn(chains, system, r, k, system.row)
         square = gap[1] * gap[1]
         cost += square * gap[0] * gap[0]
         for i in range(size):
@@ -90,6 +91,23 @@ def _build(chains: Chains, joints: FloatArray, system: System, count: int) -> fl
             system.hessian[i, i] += (CENTRING_WEIGHT / half) ** 2
             cost += pull * pull
     return cost
+
+
+@inner
+def _add_turn(chains: Chains, system: System, r: int, k: int, row: FloatArray) -> None:
+    """Add how a gap changes because its first body turns: tips of real shapes touch elsewhere then."""
+    gap, f = system.gaps[r], system.bodies[r, 0]
+    x, y, z = gap[TURN], gap[TURN + 1], gap[TURN + 2]
+    if x == 0.0 and y == 0.0 and z == 0.0:
+        return
+    row[3], row[4], row[5] = row[3] + x, row[4] + y, row[5] + z
+    for j in range(system.bodies[r, 1] + 1):
+        if chains.kinds[f, j, SLIDES] == 1:
+            continue
+        axis = system.frames[f, j]
+        speed = x * axis[0, 2] + y * axis[1, 2] + z * axis[2, 2]
+        leader = chains.kinds[f, j, LEADER_FINGER] * k + chains.kinds[f, j, LEADER]
+        row[6 + leader] += speed * chains.limits[f, j, RATIO]
 
 
 @compiled
@@ -127,6 +145,7 @@ def improve(
             break
         place_hand(chains, shapes, joints, system.frames, system.tips, system.poses)
         count = collect_tips(chains, task, contact_of, pose, system)
+        count = collect_pads(chains, task, contact_of, pose, system, count)
         if avoid:
             count = collect_world(chains, shapes, task, contact_of, pose, system, count)
             count = collect_hand(shapes, task, system, count)
@@ -258,3 +277,4 @@ def _tip_row(chains: Chains, system: System, r: int, k: int, row: FloatArray) ->
         row[6 + chains.kinds[f, j, LEADER_FINGER] * k + chains.kinds[f, j, LEADER]] += (
             speed * chains.limits[f, j, RATIO]
         )
+    _add_turn(chains, system, r, k, row)

@@ -8,19 +8,21 @@ import numpy as np
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.hand.chains import LOWER, PREFERRED, UPPER, Chains
 from graspbench.hand.collision import measure_clearances
+from graspbench.hand.gaps import MIN_LEAN
 from graspbench.hand.kinematics import finger_ik_batch
 from graspbench.hand.model import HandModel
-from graspbench.hand.obstacle import Obstacle, make_obstacle
 from graspbench.hand.parameters import Margins
-from graspbench.hand.penetration import DEPTH_M, Triangles, links_sink, triangles_of
+from graspbench.hand.penetration import DEPTH_M, links_sink
 from graspbench.hand.placement import improve, settle
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.starts import CHOICES, approach_directions, rank_starts
-from graspbench.hand.task import HEIGHT, Task, make_system
+from graspbench.hand.surroundings import Surroundings
+from graspbench.hand.task import HEIGHT, SHARPNESS, Task, make_system
+from graspbench.hand.tip_support import FINAL_SHARPNESS_M
+from graspbench.hand.touching import touched
 
 COLD_STARTS = 12
 REACH_STEPS, COLD_STEPS, WARM_STEPS, SETTLE_STEPS = 10, 18, 10, 12
-GUIDE_POINTS = 200
 TIP_TOLERANCE_M = 1e-5
 GOOD_ENOUGH, ENOUGH = 0.5, 3  # a comfort, or a number of feasible postures, that ends a search
 HOPELESS_COST = 400.0  # tips stay about 2 cm away
@@ -34,7 +36,7 @@ FOLLOW_STEPS = 6
 IN_VAIN, NEAR_COST = 4, 5.0  # starts after which a search ends when none has come as near as that
 # What is comfortable: joint margin, singular value, clearances to ground, hand and object.
 COMFORT = np.array([0.15, 0.02, 0.006, 0.004, 0.002])
-TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT = 1, 2, 4, 8, 16, 32
+TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT, PAD = 1, 2, 4, 8, 16, 32, 64
 BITS = np.array([TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT])
 CLAUSES = {
     JOINTS: "a joint would be at its limit",
@@ -42,38 +44,26 @@ CLAUSES = {
     GROUND: "the hand would hit the ground",
     HAND: "the fingers would hit each other or the palm",
     OBJECT: "the palm or a finger's link would hit the object",
+    PAD: "a finger would touch beside its pad",
 }
 
 
-class Surroundings(NamedTuple):
-    """An object's surface in the world.
-
-    Attributes:
-        points: Points that clearances are measured to: its nodes and the centres of its faces.
-        guide: Some of them, which guide the search.
-        triangles: All of it, for the exact test of what was found.
-    """
-
-    points: Obstacle
-    guide: Obstacle
-    triangles: Triangles
+SHARPNESSES_M = (3e-4, 6e-5, FINAL_SHARPNESS_M)
+"""The soft maxima's tau on the way to a posture, for tips that are links: rounder ones move more smoothly."""
 
 
-def surroundings_of(points: FloatArray | None, faces: IntArray | None) -> Surroundings:
-    """Prepare a surface: points, shape (m, 3), or none, and its triangles, shape (t, 3), if known."""
-    vertices = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
-    triangles = triangles_of(vertices, faces)
-    centres = vertices[:0] if faces is None else triangles.balls[:, :3]
-    known = make_obstacle(np.concatenate((vertices, centres)))
-    stride = max(1, -(-len(known.points) // GUIDE_POINTS))
-    return Surroundings(known, make_obstacle(known.points[::stride]), triangles)
+def _blunted(limits: FloatArray, sharpness_m: float) -> FloatArray:
+    """Return a task's limits with another soft maximum of the tips' shapes."""
+    out = limits.copy()
+    out[SHARPNESS] = sharpness_m
+    return out
 
 
 class Attempt(NamedTuple):
     """What came out of one start.
 
     Attributes:
-        failed: Sum of what it fails: TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT; 0 when feasible.
+        failed: Sum of what it fails: TIPS, JOINTS, SINGULAR, GROUND, HAND, OBJECT, PAD; 0 when feasible.
         comfort: The larger, the better; 1 is comfortable.
         cost: Where the optimisation ended.
         posture: The posture, feasible or not.
@@ -204,6 +194,8 @@ class PostureSearch:
         """Improve one start, pose and joints in place, and judge where it ends."""
         hand, system = self._hand, self._system
         guide = task._replace(obstacle=surroundings.guide)
+        if hand.tips_are_links:
+            guide = guide._replace(limits=_blunted(task.limits, SHARPNESSES_M[0]))
         chains = self._within_margins(fingers)
         contact_of = np.full(hand.n_fingers, -1, dtype=np.int64)
         contact_of[fingers] = np.arange(len(fingers))
@@ -226,6 +218,8 @@ class PostureSearch:
             hand.chains, hand.shapes, surroundings.triangles, contact_of, pose, joints, system, DEPTH_M
         ):
             failed = OBJECT
+        if failed == 0 and hand.tips_are_links and self._leans(task, contact_of, pose, joints):
+            failed = PAD
         comfort = -float(quantities[0]) if failed & TIPS else float(np.min(measured / COMFORT))
         return Attempt(failed, comfort, cost, self._posture(pose, joints, fingers, quantities, clearances))
 
@@ -249,23 +243,38 @@ class PostureSearch:
         """
         chains = self._hand.chains
         if self._by_wrist:
-            inside = self._within_margins(fingers)
-            error = settle(
-                inside, self._hand.shapes, task, contact_of, pose, joints, self._system, SETTLE_STEPS
-            )
+            inside, hand = self._within_margins(fingers), self._hand
+            for sharpness in SHARPNESSES_M if hand.tips_are_links else SHARPNESSES_M[-1:]:
+                at = task._replace(limits=_blunted(task.limits, sharpness))
+                error = settle(inside, hand.shapes, at, contact_of, pose, joints, self._system, SETTLE_STEPS)
             if error > TIP_TOLERANCE_M:
                 return np.array([error, 0.0, 0.0])
-            return np.array([error, *self._margins_of(fingers, joints)])
+            return np.array([error, *self._margins_of(fingers, joints, task.normals @ pose[:, :3])])
         targets = (task.targets - pose[:, 3]) @ pose[:, :3]
         quantities = np.empty((len(fingers), 3, 1))
         for i, f in enumerate(fingers):
             finger_ik_batch(chains, int(f), targets[i : i + 1], joints[f : f + 1], 0.0, quantities[i])
         return np.array([quantities[:, 0].max(), quantities[:, 1].min(), quantities[:, 2].min()])
 
-    def _margins_of(self, fingers: IntArray, joints: FloatArray) -> tuple[float, float]:
-        """Return the smallest joint margin and singular value of some fingers, joints by finger."""
-        limits = self._hand.chains.limits
-        jacobians = self._hand.tip_jacobians(self._hand.joint_vector(joints))
+    def _leans(self, task: Task, contact_of: IntArray, pose: FloatArray, joints: FloatArray) -> bool:
+        """Tell whether a tip that is a link is touched too far from its pad's direction."""
+        hand = self._hand
+        for f, i in enumerate(contact_of):
+            if i >= 0:
+                pad = hand.last_rotation(f, joints) @ hand.chains.pads[f]
+                if -(task.normals[i] @ pose[:, :3]) @ pad < MIN_LEAN:
+                    return True
+        return False
+
+    def _margins_of(self, fingers: IntArray, joints: FloatArray, normals: FloatArray) -> tuple[float, float]:
+        """Return the smallest joint margin and singular value of some fingers, joints by finger.
+
+        The normals of their contacts, palm frame, tell where tips that are links are touched.
+        """
+        limits, hand = self._hand.chains.limits, self._hand
+        if hand.tips_are_links:
+            hand = touched(hand, fingers, joints, normals)
+        jacobians = hand.tip_jacobians(hand.joint_vector(joints))
         margin, singular = 0.5, np.inf
         for f in fingers:
             count = int(self._hand.chains.counts[f])

@@ -41,15 +41,18 @@ def pair_limit(hand: HandModel) -> float:
         for g in range(f):
             spread = max(float((far[f] - near[g]).max()), float((far[g] - near[f]).max()))
             limit = max(limit, spread / np.cos(0.2) + slack[f] + slack[g])
-    return limit + 2 * hand.tip_radius_m
+    return limit + 2 * hand.tip_reach_m
 
 
 @lru_cache(maxsize=32)
 def tip_gap(hand: HandModel) -> float:
     """Return a distance that the centres of two fingertips keep at least, or they would overlap, m.
 
-    It is 0 unless each finger's collision shapes have a ball around the centre of its tip.
+    It is 0 where last links touch, and unless each finger's collision shapes have a ball around the centre
+    of its tip.
     """
+    if hand.tips_are_links:
+        return 0.0
     shapes, chains = hand.shapes, hand.chains
     radii = []
     for f in range(hand.n_fingers):

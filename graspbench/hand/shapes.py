@@ -69,6 +69,8 @@ def extract_shapes(
     frames: dict[int, tuple[int, int, pinocchio.SE3]],
     tips: FloatArray,
     counts: IntArray,
+    *,
+    tips_are_links: bool = False,
 ) -> Shapes:
     """Read the collision shapes of palm and fingers.
 
@@ -84,19 +86,25 @@ def extract_shapes(
         frames: Fingers' joints, from ``extract_chains``.
         tips: Tip centres in the last joint frames, shape (f, 3), m.
         counts: Number of joints of each finger, shape (f,).
+        tips_are_links: Whether last links touch as they are: no sphere counts as a tip, meshes of last
+            links have fine hulls, and their cylinders stay cylinders.
     """
     shapes: list[_Shape] = []
     for item in geometry.geometryObjects:
-        (kind, half, radius, offset), hull = _core(item.geometry)
+        finger, link, turn = frames.get(item.parentJoint, (PALM, PALM, None))
+        touches = tips_are_links and finger != PALM and link == counts[finger] - 1
+        (kind, half, radius, offset), hull = _core(item.geometry, exact=touches)
         placement = item.placement * offset
-        finger, link = PALM, PALM
-        if item.parentJoint in frames:
-            finger, link, turn = frames[item.parentJoint]
+        if turn is not None:
             placement = turn * placement
         else:
             placement = palm.inverse() * data.oMi[item.parentJoint] * placement
         at_tip = finger != PALM and link == counts[finger] - 1 and kind == SEGMENT and half[2] == 0.0
-        at_tip = at_tip and bool(np.linalg.norm(placement.translation - tips[finger]) < _TIP_M)
+        at_tip = (
+            at_tip
+            and not tips_are_links
+            and bool(np.linalg.norm(placement.translation - tips[finger]) < _TIP_M)
+        )
         shapes.append(
             _Shape(
                 finger, link, kind, placement.rotation, placement.translation, half, radius, int(at_tip), hull
@@ -198,7 +206,7 @@ def _overlap(shapes: Shapes, poses: FloatArray, a: int, b: int, radii: float) ->
     return bool(distance < radii + _TIP_M)
 
 
-def _core(geometry: coal.CollisionGeometry) -> tuple[Wrap, Hull | None]:
+def _core(geometry: coal.CollisionGeometry, *, exact: bool) -> tuple[Wrap, Hull | None]:
     """Return kind, half extents, radius and placement of a Coal shape, and the convex hull of a mesh."""
     here = pinocchio.SE3.Identity()
     if isinstance(geometry, coal.Sphere):
@@ -207,14 +215,18 @@ def _core(geometry: coal.CollisionGeometry) -> tuple[Wrap, Hull | None]:
         return (SEGMENT, np.array([0.0, 0.0, geometry.halfLength]), float(geometry.radius), here), None
     if isinstance(geometry, coal.Cylinder):
         radius, half = float(geometry.radius), float(geometry.halfLength)
-        if half > radius:
+        if half > radius and not exact:
             return (SEGMENT, np.array([0.0, 0.0, half]), radius, here), None
         return (CYLINDER, np.array([radius, radius, half]), 0.0, here), None
     if isinstance(geometry, coal.Box):
         return (BOX, np.array(geometry.halfSide, dtype=float), 0.0, here), None
     if hasattr(geometry, "vertices"):
         vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
-        if len(vertices) >= 4 and np.all(np.isfinite(vertices)) and (wrapped := wrap_mesh(vertices)):
+        if (
+            len(vertices) >= 4
+            and np.all(np.isfinite(vertices))
+            and (wrapped := wrap_mesh(vertices, fine=exact))
+        ):
             return wrapped
     geometry.computeLocalAABB()
     box = geometry.aabb_local

@@ -9,7 +9,8 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.obstacle import Obstacle
 from graspbench.hand.shapes import Shapes
 
-HEIGHT, GROUND, HAND, OBJECT, EXEMPT = 0, 1, 2, 3, 4
+HEIGHT, GROUND, HAND, OBJECT, EXEMPT, SHARPNESS = 0, 1, 2, 3, 4, 5
+TURN, GAP = 11, 14
 WORLD: Any = np.int64(-2)  # a plain -2 would be a type of its own to the compiler
 
 
@@ -22,7 +23,8 @@ class Task(NamedTuple):
         normals: Outward unit normals, shape (m, 3).
         obstacle: Points of the object's surface.
         limits: Height of the ground (-inf: none); margins to ground, hand and object; the last link of a
-            finger may come near object points within the last number of its own contact; shape (5,).
+            finger may come near object points within the next number of its own contact; the soft maximum's
+            tau of tips that have their links' shapes; shape (6,).
     """
 
     targets: FloatArray
@@ -40,7 +42,8 @@ class System(NamedTuple):
         tips: Tip centres, shape (f, 3).
         poses: Poses of the shapes, shape (s, 3, 4).
         gaps: Distances along a direction between two points, each on a body, and what they should be:
-            residual, weight, direction (3), point a (3), point b (3), shape (r, 11).
+            residual, weight, direction (3), point a (3), point b (3), and the residual's derivative by the
+            turn of body a seen from the world (3), shape (r, 14).
         bodies: Finger and link of point a, then of point b (PALM, or WORLD at rest outside), shape (r, 4).
         hessian: Shape (n, n), n = 6 + f k: the wrist's twist, then the joints by finger; lower half.
         gradient: Downhill, shape (n,).
@@ -53,6 +56,7 @@ class System(NamedTuple):
         best_pose: Best pose so far, shape (3, 4).
         best_joints: Its joints, shape (f, k).
         exempt: Work space, shape (3,).
+        touch: Work space of ``tip_support.support``, shape (12,).
     """
 
     frames: FloatArray
@@ -71,18 +75,19 @@ class System(NamedTuple):
     best_pose: FloatArray
     best_joints: FloatArray
     exempt: FloatArray
+    touch: FloatArray
 
 
 def make_system(chains: Chains, shapes: Shapes) -> System:
     """Allocate the numbers for a hand."""
     n, k = chains.index.shape
     s, size = len(shapes.index), 6 + n * k
-    most = 3 * n + 3 * s + len(shapes.pairs)
+    most = 4 * n + 3 * s + len(shapes.pairs)
     return System(
         frames=np.zeros((n, k, 3, 4)),
         tips=np.zeros((n, 3)),
         poses=np.zeros((s, 3, 4)),
-        gaps=np.zeros((most, 11)),
+        gaps=np.zeros((most, GAP)),
         bodies=np.zeros((most, 4), dtype=np.int64),
         hessian=np.zeros((size, size)),
         gradient=np.zeros(size),
@@ -95,4 +100,5 @@ def make_system(chains: Chains, shapes: Shapes) -> System:
         best_pose=np.zeros((3, 4)),
         best_joints=np.zeros((n, k)),
         exempt=np.zeros(3),
+        touch=np.zeros(12),
     )

@@ -10,16 +10,18 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import BoolArray, FloatArray
+from graspbench.hand.coal_shapes import TOLERANCE_M as DEPTH_TOLERANCE_M
+from graspbench.hand.coal_shapes import eroded, eroded_hull, signed_distance
 from graspbench.hand.model import HandModel
 from graspbench.hand.parameters import Margins
 from graspbench.hand.posture import HandPosture
 from graspbench.hand.shapes import FINGER, LINK, PALM
+from graspbench.hand.touch_check import check_touch
 
 if TYPE_CHECKING:
     import trimesh
 
 TIP_TOLERANCE_M = 1e-4
-DEPTH_TOLERANCE_M = 1e-4
 
 Body = tuple[int, int]
 
@@ -36,9 +38,9 @@ def verify_posture(
 ) -> tuple[str, ...]:
     """Check a posture for a grasp; nothing of the search that found it is used.
 
-    Tips must be within 0.1 mm of their places, joints inside their limits, singular values above their
-    threshold, and nothing may overlap by more than 0.1 mm: links, palm, ground, object. Fingertips may
-    touch the object.
+    Tips must be within 0.1 mm of their places (of last links that touch, their surfaces of the contacts),
+    joints inside their limits, singular values above their threshold, and nothing may overlap by more than
+    0.1 mm: links, palm, ground, object. Fingertips may touch the object.
 
     Args:
         hand: The hand.
@@ -58,23 +60,30 @@ def verify_posture(
     pinocchio.updateFramePlacements(model, data)
     root = pinocchio.SE3(posture.transform_palm_to_world @ np.linalg.inv(hand.transform_palm_to_root))
     found = _check_joints(hand, posture)
+    placements = [
+        root * data.oMi[item.parentJoint] * item.placement for item in hand.geometry.geometryObjects
+    ]
     for contact, finger in enumerate(posture.fingers):
         frame = model.getFrameId(hand.tip_links[finger])
         tip = root.act(data.oMf[frame].translation)
-        error = np.linalg.norm(tip - points[contact] - hand.tip_radius_m * normals[contact])
         name = hand.finger_names[finger]
-        if error > TIP_TOLERANCE_M:
-            found.append(f"the tip of finger '{name}' is {error * 1e3:.2f} mm from its place")
         jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
-        jacobian = jacobian.reshape(6, -1)[:3]  # of one joint it is a vector
+        jacobian = jacobian.reshape(6, -1)  # of one joint it is a vector
+        if hand.tips_are_links:
+            own = hand.chain_joints[finger][-1]
+            found += check_touch(hand, own, placements, points[contact], normals[contact], name)
+            arm = root.rotation.T @ (points[contact] - tip)
+            jacobian = jacobian[:3] - pinocchio.skew(arm) @ jacobian[3:]
+        else:
+            error = np.linalg.norm(tip - points[contact] - hand.tip_radius_m * normals[contact])
+            if error > TIP_TOLERANCE_M:
+                found.append(f"the tip of finger '{name}' is {error * 1e3:.2f} mm from its place")
+            jacobian = jacobian[:3]
         # Of a finger that moves its tip in a plane or along a line only: the smallest of these directions.
         values = np.linalg.svd(jacobian[:, hand.finger_joints(finger)], compute_uv=False)
         singular = values[hand.freedom[finger] - 1]
         if singular < margins.singular_value_m:
             found.append(f"finger '{name}' is near a singularity ({singular * 1e3:.1f} mm/rad)")
-    placements = [
-        root * data.oMi[item.parentJoint] * item.placement for item in hand.geometry.geometryObjects
-    ]
     found += _check_hand(hand, placements)
     if ground_height_m is not None:
         found += _check_ground(hand, placements, ground_height_m)
@@ -117,7 +126,7 @@ def _check_hand(
                 continue
             if fingers is not None and not {bodies[a][0], bodies[b][0]} <= {PALM, *fingers}:
                 continue
-            distance = _distance(items[a].geometry, placements[a], items[b].geometry, placements[b])
+            distance = signed_distance(items[a].geometry, placements[a], items[b].geometry, placements[b])
             if distance < -DEPTH_TOLERANCE_M:
                 found.append(f"{items[a].name} and {items[b].name} overlap by {-distance * 1e3:.2f} mm")
     return found
@@ -143,7 +152,7 @@ def _check_ground(hand: HandModel, placements: list[pinocchio.SE3], height: floa
     below = coal.Halfspace(np.array([0.0, 0.0, 1.0]), height)
     found = []
     for item, placement in zip(hand.geometry.geometryObjects, placements, strict=True):
-        depth = -_distance(item.geometry, placement, below, pinocchio.SE3.Identity())
+        depth = -signed_distance(item.geometry, placement, below, pinocchio.SE3.Identity())
         if depth > DEPTH_TOLERANCE_M:
             found.append(f"{item.name} is {depth * 1e3:.2f} mm in the ground")
     return found
@@ -156,9 +165,11 @@ def _check_object(hand: HandModel, placements: list[pinocchio.SE3], mesh: trimes
     body.addTriangles(np.asarray(mesh.faces, dtype=np.uint32))
     body.endModel()
     found = []
+    last = {joints[-1] for joints in hand.chain_joints}
     for item, placement in zip(hand.geometry.geometryObjects, placements, strict=True):
         # Against a mesh Coal tells whether shapes overlap, but not how deep: hence the thinner shape.
-        shape = _eroded(item.geometry)
+        touches = hand.tips_are_links and item.parentJoint in last
+        shape = (eroded_hull if touches else eroded)(item.geometry)
         at = coal.Transform3s(placement.rotation, placement.translation)
         request, result = coal.CollisionRequest(), coal.CollisionResult()
         hit = coal.collide(shape, at, body, coal.Transform3s.Identity(), request, result) > 0
@@ -177,31 +188,3 @@ def _inside(mesh: trimesh.Trimesh, point: FloatArray) -> bool:
     dots = [np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a))]
     bottom = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
     return bool(np.arctan2(top, bottom).sum() > np.pi)
-
-
-def _eroded(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:
-    """Return the shape with its surface moved inwards by the tolerance; a mesh as it is."""
-    e = DEPTH_TOLERANCE_M
-    if isinstance(shape, coal.Sphere):
-        return coal.Sphere(shape.radius - e)
-    if isinstance(shape, coal.Capsule):
-        return coal.Capsule(shape.radius - e, 2 * shape.halfLength)
-    if isinstance(shape, coal.Cylinder):
-        return coal.Cylinder(shape.radius - e, 2 * (shape.halfLength - e))
-    if isinstance(shape, coal.Box):
-        return coal.Box(*(2 * (np.asarray(shape.halfSide) - e)))
-    return shape
-
-
-def _distance(
-    shape_a: coal.CollisionGeometry,
-    pose_a: pinocchio.SE3,
-    shape_b: coal.CollisionGeometry,
-    pose_b: pinocchio.SE3,
-) -> float:
-    """Return the signed distance of two shapes: negative by the depth of their overlap."""
-    request, result = coal.DistanceRequest(), coal.DistanceResult()
-    request.enable_signed_distance = True
-    to_a = coal.Transform3s(pose_a.rotation, pose_a.translation)
-    to_b = coal.Transform3s(pose_b.rotation, pose_b.translation)
-    return float(coal.distance(shape_a, to_a, shape_b, to_b, request, result))

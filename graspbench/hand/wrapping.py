@@ -17,17 +17,18 @@ _DIRECTIONS = 60
 """Directions whose extreme points tell how the box is turned; all points tell how large it is."""
 
 
-def wrap_mesh(vertices: FloatArray) -> tuple[Wrap, Hull | None] | None:
+def wrap_mesh(vertices: FloatArray, *, fine: bool = False) -> tuple[Wrap, Hull | None] | None:
     """Return the smaller of the least box and the capsule around a mesh, and its hull; None for a flat mesh.
 
     Args:
         vertices: Its vertices, shape (n, 3), m.
+        fine: Whether the hull is to be a fine one (``hull_of``).
     """
-    return _wrapped(np.ascontiguousarray(vertices, dtype=float).tobytes())
+    return _wrapped(np.ascontiguousarray(vertices, dtype=float).tobytes(), fine)
 
 
 @lru_cache(maxsize=256)
-def _wrapped(data: bytes) -> tuple[Wrap, Hull | None] | None:
+def _wrapped(data: bytes, fine: bool) -> tuple[Wrap, Hull | None] | None:
     """Wrap a mesh once: fingers are often copies of each other, and a hand is loaded more than once."""
     import trimesh  # here: it takes long to load, and many hands have no meshes
 
@@ -50,4 +51,4 @@ def _wrapped(data: bytes) -> tuple[Wrap, Hull | None] | None:
     length = max(float((np.abs(local[:, 2]) - within).max()), 0.0)
     if np.pi * radius**2 * (2.0 * length + 4.0 / 3.0 * radius) < 8.0 * float(np.prod(half)):
         wrap = (SEGMENT, np.array([0.0, 0.0, length]), radius, placement)
-    return wrap, hull_of(local)
+    return wrap, hull_of(local, fine=fine)

@@ -63,6 +63,7 @@ def hold_object(
         HandError: The grasp has no posture.
         ManipulationError: A fingertip cannot be brought onto its contact.
     """
+    refuse_links(hand)
     posture = grasp.posture
     if posture is None:
         raise HandError("the grasp has no hand posture", remedy="plan it with a hand")
@@ -79,6 +80,20 @@ def hold_object(
     system, variables = rough.grasped(joints, position, rotation, coordinates=touching)
     palm = posture.transform_palm_to_world
     return HeldObject(system, joints, variables, position, rotation, palm, hand.joint_names)
+
+
+def refuse_links(hand: HandModel) -> None:
+    """Refuse a hand that touches with its links: what rolls here are spheres.
+
+    Raises:
+        ManipulationError: It does.
+    """
+    if hand.tips_are_links:
+        raise ManipulationError(
+            f"objects are moved in the hand by spherical tips that roll on them; hand '{hand.name}' touches "
+            "with its links",
+            remedy="set hand.tip_shape=sphere",
+        )
 
 
 def hand_tree(hand: HandModel, fingers: Sequence[int]) -> KinematicTree:

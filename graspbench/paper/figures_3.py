@@ -1,7 +1,7 @@
 """Figures 3.3, 3.5, 3.10 and 3.11 of the thesis, drawn from trials."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,18 +56,39 @@ def figures_3(
     rows: list[dict[str, Any]] = []
     files: list[Path] = []
     with published(output) as folder:
-        for config in configs:
-            say(f"{_case(config)}: images, reconstruction and plan")
-            with planned_trial(config, StageClock()) as trial:
-                row = _row(config, trial)
-                files += _draw(config, trial, row, folder)
-                if forces:
-                    files.append(_draw_forces(config, trial, row, folder))
-                rows.append(row)
+        for config, trial, row in _planned(configs, say):
+            files += _draw(config, trial, row, folder)
+            if forces:
+                files.append(_draw_forces(config, trial, row, folder))
+            rows.append(row)
         files = [*dict.fromkeys(files), *_write_tables(rows, configs, folder), folder / "result.json"]
         write_atomically(files[-1], to_json({"schema": SCHEMA_VERSION, "rows": rows}))
     shown = [{key: row[key] for key in _SHOWN} for row in rows]
     return PaperResult(shown, {"rows": rows}, [output / path.name for path in files])
+
+
+def thesis_rows(overrides: Sequence[str], config_dir: Path | None = None) -> list[dict[str, Any]]:
+    """Return the table of the figures' grasps, without the figures.
+
+    Args:
+        overrides: Options of the trials; an object among them takes the place of the thesis' two.
+        config_dir: A user's folder of options.
+
+    Raises:
+        ConfigurationError: An option cannot be used.
+        TrialError: A trial ends without a grasp.
+    """
+    return [row for _, _, row in _planned(_configs(overrides, config_dir), lambda text: None)]
+
+
+def _planned(
+    configs: Sequence[TrialConfig], say: Say
+) -> Iterator[tuple[TrialConfig, PlannedTrial, dict[str, Any]]]:
+    """Yield each trial, planned, and its row; its scene is there until the next one is asked for."""
+    for config in configs:
+        say(f"{_case(config)}: images, reconstruction and plan")
+        with planned_trial(config, StageClock()) as trial:
+            yield config, trial, _row(config, trial)
 
 
 def _configs(overrides: Sequence[str], config_dir: Path | None) -> list[TrialConfig]:

@@ -11,6 +11,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import PlanningError
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
+from graspbench.hand.touching import touching
 from graspbench.planning.parameters import PathParameters
 from graspbench.planning.time_law import minimum_jerk
 
@@ -36,6 +37,7 @@ def closing_motion(
     Raises:
         PlanningError: The joints do not take the tips away from the object.
     """
+    hand = touching(hand, posture, normals)
     outwards = normals @ posture.transform_palm_to_world[:3, :3]
     way = _opening(hand, posture, outwards, distance_m)[::-1]
     lengths = np.linalg.norm(np.diff(_tips(hand, posture, way), axis=0), axis=-1).max(axis=1)
@@ -53,7 +55,7 @@ def closing_motion(
 
 def tip_paths(hand: HandModel, posture: HandPosture, normals: FloatArray, joints: FloatArray) -> FloatArray:
     """Return where the foremost points of the tips are along a motion, in the world, shape (t, n_f, 3)."""
-    to_world = posture.transform_palm_to_world
+    hand, to_world = touching(hand, posture, normals), posture.transform_palm_to_world
     centres = _tips(hand, posture, joints) @ to_world[:3, :3].T + to_world[:3, 3]
     return np.asarray(centres - hand.tip_radius_m * normals)
 

@@ -7,6 +7,7 @@ from graspbench.arrays import FloatArray, cross
 from graspbench.grasp.internal_forces import cone_edges
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
+from graspbench.hand.touching import touching
 
 
 def payload_n(
@@ -63,7 +64,7 @@ def _lay_out(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the wrench and the joint torques of a unit force along each edge of the cones, in columns."""
     rotation = posture.transform_palm_to_world[:3, :3]
-    jacobians = hand.tip_jacobians(posture.joints)
+    jacobians = touching(hand, posture, -normals).tip_jacobians(posture.joints)
     turns = _held_turns(points)
     wrenches, torques = [], []
     for point, normal, finger in zip(points, normals, posture.fingers, strict=True):

@@ -18,6 +18,7 @@ from graspbench.hand.chains import Chains
 from graspbench.hand.kinematics import forward, point_jacobian
 from graspbench.hand.model import HandModel
 from graspbench.hand.posture import HandPosture
+from graspbench.hand.touching import touching
 from graspbench.planning.closing import closing_motion
 from graspbench.planning.parameters import PathParameters
 from graspbench.planning.time_law import minimum_jerk, resampled, slowdown, smooth_durations
@@ -74,6 +75,7 @@ def track(
     """
     if len(paths) != len(posture.fingers):
         raise PlanningError(f"{len(paths)} fingertip paths for a posture of {len(posture.fingers)} fingers")
+    hand = touching(hand, posture, np.stack([path.normals[-1] for path in paths]))
     to_world = posture.transform_palm_to_world
     centres = np.stack([path.points + hand.tip_radius_m * path.normals for path in paths])
     targets = (centres - to_world[:3, 3]) @ to_world[:3, :3]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _TILE = 420
 _AXES: tuple[Rgb, ...] = ((0.85, 0.15, 0.10), (0.10, 0.60, 0.15), (0.10, 0.30, 0.85))
+_POINT = 0.2  # of half a fingertip's width: how large a point where a link touches is drawn
 _TIP: Rgb = (0.90, 0.62, 0.00)
 _UPRIGHT = np.diag([1.0, -1.0, -1.0, 1.0])  # the approach direction points down
 
@@ -46,7 +47,10 @@ def draw_hand(hand: "HandModel", path: Path) -> Path:
                 style.write(figure, label, (tile + 1) * _TILE, _TILE + head + 4, 12, ha="center")
             tile += 1
     names = ", ".join(hand.finger_names)
-    said = f"{hand.name}: fingers {names}, tips of {1e3 * hand.tip_radius_m:.1f} mm"
+    tips = (
+        "links that touch as they are" if hand.tips_are_links else f"tips of {1e3 * hand.tip_radius_m:.1f} mm"
+    )
+    said = f"{hand.name}: fingers {names}, {tips}"
     style.write(figure, said, 18, 12, 14, weight="bold")
     caption = "palm frame: x red, y green, z blue (approach, down here); orange: the fingertips in use"
     style.write(figure, caption, 18, 40, 12)
@@ -67,4 +71,5 @@ def _frame(pose: FloatArray, length: float) -> list[Solid]:
 
 def _tips(hand: "HandModel", joints: FloatArray) -> list[Solid]:
     centres = hand.tip_positions(joints) @ _UPRIGHT[:3, :3].T
-    return [ball(centre, hand.tip_radius_m, _TIP) for centre in centres]
+    radius = _POINT * hand.pad_radius_m if hand.tips_are_links else hand.tip_radius_m
+    return [ball(centre, radius, _TIP) for centre in centres]

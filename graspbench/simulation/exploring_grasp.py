@@ -7,6 +7,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
+from graspbench.hand.touching import touching
 from graspbench.simulation.approach import Approach
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.stage import JointPath, Stage
@@ -61,6 +62,7 @@ def feel_grasp(
     """
     assert grasp.posture is not None
     fingers = grasp.posture.fingers
+    hand = touching(hand, grasp.posture, grasp.normals)
     stage = Stage(world, hand, path, replace(parameters, until="contact"), friction)
     approach = Approach(stage, grasp, fingers)
     approach.follow(path)

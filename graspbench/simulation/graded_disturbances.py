@@ -12,6 +12,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
+from graspbench.hand.touching import touching
 from graspbench.simulation.approach import Approach
 from graspbench.simulation.bullet import pybullet
 from graspbench.simulation.execution_parameters import ExecutionParameters
@@ -97,6 +98,7 @@ def execute_graded(
         HandError: PyBullet cannot load the hand.
     """
     assert grasp.posture is not None, "a grasp that is executed has a posture"
+    hand = touching(hand, grasp.posture, grasp.normals)
     stage = Stage(world, hand, path, parameters, friction, plan_lift)
     fingers = grasp.posture.fingers
     approach = Approach(stage, grasp, fingers)

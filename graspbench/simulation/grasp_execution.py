@@ -8,6 +8,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.hand.model import HandModel
+from graspbench.hand.touching import touching
 from graspbench.simulation.approach import Approach
 from graspbench.simulation.arm_parameters import FLOATING
 from graspbench.simulation.execution_parameters import ExecutionParameters
@@ -57,6 +58,8 @@ def execute_grasp(
         SimulationError: The simulation diverged, or the arm can do what is asked from no place.
         HandError: PyBullet cannot load the hand.
     """
+    if grasp.posture is not None:
+        hand = touching(hand, grasp.posture, grasp.normals)
     stage = Stage(world, hand, path, parameters, friction, ride=ride, carrier=carrier)
     start = stage.object_pose()
     fingers = grasp.posture.fingers if grasp.posture is not None else tuple(range(len(grasp.points)))

@@ -25,6 +25,8 @@ grams more than that within a step, and what is cut is missing in the balance of
 unevenly, and lost what they hold with a step of a quarter; where joints follow others, they pressed
 three times too hard."""
 
+_TIP_MARGIN_M = 1e-5
+
 
 class SimulatedHand:
     """A hand on its mount in a world.
@@ -57,6 +59,7 @@ class SimulatedHand:
         self._tip_ids = [links[name] for name in hand.tip_links]
         self._finger_of_link = fingers_of_links(self._client, self.body, hand, links, ids)
         self._set_friction(friction)
+        self._sharpen_tips()
         self._lift_limits()
         mount.attach(self._client, self.body, ids)
         for i, value in zip(self._joint_ids, joints, strict=True):
@@ -290,6 +293,18 @@ class SimulatedHand:
                 rollingFriction=0.0,
                 restitution=0.0,
                 physicsClientId=self._client,
+            )
+
+    def _sharpen_tips(self) -> None:
+        """Let links that touch as they are have their own size and edges.
+
+        Bullet adds a margin of 1 mm around meshes and cylinders, and rounds boxes by as much.
+        """
+        if not self.hand.tips_are_links:
+            return
+        for link in self._finger_of_link:
+            pybullet.changeDynamics(
+                self.body, link, collisionMargin=_TIP_MARGIN_M, physicsClientId=self._client
             )
 
     def _lift_limits(self) -> None:

@@ -21,7 +21,7 @@ PAGES = sorted(
 )
 
 # What a page says runs as it stands, but for its cost: few small pictures, a coarse surface, no simulation;
-# of a sweep, which is planned whole, the first and the last value of each list.
+# of a sweep, which is planned whole, the last value of each list, and of the longest the first too.
 CHEAP = (
     "search.enabled=false", "execution=off", "camera.width=160", "camera.height=120", "camera.fx=150",
     "camera.fy=150", "surface.meridians=12", "surface.parallels=10", "stations.outer.count=4",
@@ -56,18 +56,26 @@ def _run(line, cli):  # noqa: F811
         if arguments[0] == "sweep":
             planned = cli(*arguments, "--dry-run", cwd=Path.cwd())
             assert planned.code == 0, f"{line}\n{planned.stderr[-1000:]}"
-            arguments = [_ends(word) for word in arguments]
+            longest = max(arguments, key=lambda word: len(_values(word)))
+            arguments = [_few(word, 2 if word == longest else 1) for word in arguments]
     finished = cli(*arguments, cwd=Path.cwd())
     assert finished.code == 0, f"{line}\n{finished.stdout[-500:]}\n{finished.stderr[-1000:]}"
 
 
-def _ends(word):
-    """Return an override with the first and the last value of its list."""
-    key, _, values = word.partition("=")
+def _values(word):
+    """Return the values of an override that lists several."""
+    _, _, values = word.partition("=")
     if span := re.fullmatch(r"range\(0,(\d+)\)", values):
-        return f"{key}=0,{int(span[1]) - 1}" if int(span[1]) > 2 else word
-    first, *others = values.split(",")
-    return f"{key}={first},{others[-1]}" if others and re.fullmatch(r"[\w.,]+", values) else word
+        return [str(value) for value in range(int(span[1]))]
+    return values.split(",") if "," in values and re.fullmatch(r"[\w.,]+", values) else []
+
+
+def _few(word, count):
+    """Return an override with the last value of its list, or with the first and the last."""
+    values = _values(word)
+    if not values:
+        return word
+    return f"{word.partition('=')[0]}={','.join(values[-1:] if count == 1 else (values[0], values[-1]))}"
 
 
 def test_configuration_reference_is_in_step(cli):  # noqa: F811

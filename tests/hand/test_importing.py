@@ -165,6 +165,7 @@ def test_what_is_given_is_kept(tmp_path):
         drop=["h"],
         tips=["f=f_c:0,0,40"],
         tip_radius_mm=7.0,
+        tip_shape="link",
         postures=["g=1,2,30"],
         rests=["g=0,-5,5"],
         locks=["f1=3"],
@@ -179,6 +180,7 @@ def test_what_is_given_is_kept(tmp_path):
     assert given["g"].rest_deg == (0.0, -5.0, 5.0)
     assert p.locked_deg == {"f1": 3.0}
     assert p.tip_radius_m == 0.007
+    assert p.tip_shape == "link"
     assert p.fingers == 2
 
 
@@ -191,11 +193,15 @@ def test_what_is_given_is_kept(tmp_path):
         ({"locks": ["f1=1,2"]}, "has 2 numbers"),
         ({"approach": "0,0,0"}, "has no direction"),
         ({"object_mm": -1.0}, "--object-mm is -1.0"),
+        ({"tip_shape": "cube"}, "--tip-shape is 'cube'"),
     ],
 )
 def test_guesses_of_the_wrong_form_are_refused(changed, said):
     plain = dict.fromkeys(("drop", "tips", "postures", "rests", "locks", "package_dirs"), ())
-    plain |= dict.fromkeys(("palm", "approach", "fingers", "tip_radius_mm")) | {"object_mm": 60.0}
+    plain |= dict.fromkeys(("palm", "approach", "fingers", "tip_radius_mm")) | {
+        "object_mm": 60.0,
+        "tip_shape": "sphere",
+    }
     with pytest.raises(ConfigurationError, match=said):
         guesses_of(**plain | changed)
 

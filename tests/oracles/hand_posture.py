@@ -78,18 +78,34 @@ def judge(parameters: HandParameters, hand: HandModel, posture, points, normals,
     root = pinocchio.SE3(posture.transform_palm_to_world) * _palm(parameters, hand, model).inverse()
     placements = [root * placement for placement in at.oMg]
 
-    errors, values, tips = [], [], []
+    errors, values, tips, ends = [], [], [], set()
+    as_links = parameters.tip_shape == "link"
     for contact, finger in enumerate(posture.fingers):
         frame = model.getFrameId(hand.tip_links[finger])
         tips.append(root.act(data.oMf[frame].translation))
-        errors.append(np.linalg.norm(tips[-1] - points[contact] - parameters.tip_radius_m * normals[contact]))
         jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL_WORLD_ALIGNED)
-        jacobian = jacobian.reshape(6, -1)[:3]
+        jacobian = jacobian.reshape(6, -1)
+        if as_links:
+            joint = model.frames[frame].parentJoint
+            ends.add(joint)
+            own = [i for i, item in enumerate(shapes.geometryObjects) if item.parentJoint == joint]
+            errors.append(
+                min(_gap(shapes.geometryObjects[i].geometry, placements[i], points[contact]) for i in own)
+            )
+            arm = root.rotation.T @ (points[contact] - tips[-1])
+            jacobian = jacobian[:3] + np.cross(jacobian[3:], arm, axisa=0, axisc=0)
+        else:
+            errors.append(
+                np.linalg.norm(tips[-1] - points[contact] - parameters.tip_radius_m * normals[contact])
+            )
+            jacobian = jacobian[:3]
         free = _freedom(model, frame)
         values.append(np.linalg.svd(jacobian.reshape(3, -1), compute_uv=False)[free - 1])
     excess = np.maximum(model.lowerPositionLimit - posture.joints, posture.joints - model.upperPositionLimit)
     is_tip = [
-        isinstance(item.geometry, coal.Sphere)
+        item.parentJoint in ends
+        if as_links
+        else isinstance(item.geometry, coal.Sphere)
         and any(np.linalg.norm(p.translation - tip) < 1e-3 for tip in tips)
         for item, p in zip(shapes.geometryObjects, placements, strict=True)
     ]
@@ -110,8 +126,22 @@ def judge(parameters: HandParameters, hand: HandModel, posture, points, normals,
         else 0.0,
         tip_depth_m=0.0
         if mesh is None
+        else max(_depth(i.geometry, p, surface, mesh) for i, p, tip in items if tip)
+        if as_links
         else max(_ball_depth(tip, parameters.tip_radius_m, surface, mesh) for tip in tips),
     )
+
+
+def _gap(shape, placement, point) -> float:
+    """Return how far a point is from the surface of a shape, of a mesh of its convex hull."""
+    local = placement.actInv(np.asarray(point, dtype=float))
+    if hasattr(shape, "vertices"):
+        hull = ConvexHull(np.array(shape.vertices(), dtype=float).reshape(-1, 3))
+        body = trimesh.Trimesh(hull.points, hull.simplices, process=False)
+        return float(trimesh.proximity.closest_point_naive(body, local[None])[1][0])
+    grain = 1e-6
+    here = pinocchio.SE3(np.eye(3), local)
+    return abs(_distance(shape, pinocchio.SE3.Identity(), coal.Sphere(grain), here) + grain)
 
 
 def depth_in_object(hand: HandModel, joints, transform_palm_to_world, mesh, with_tips: bool) -> float:

@@ -6,7 +6,8 @@ import pinocchio
 import pytest
 
 from graspbench.hand import GraspChecker, HandParameters, load_hand
-from graspbench.hand.verification import _distance, link_of_shapes
+from graspbench.hand.coal_shapes import signed_distance
+from graspbench.hand.verification import link_of_shapes
 from graspbench.planning.barrier import (
     BarrierValues,
     KinematicBarrier,
@@ -126,7 +127,7 @@ def coal_clearance(hand, joints):
         for a, b in hand.shapes.pairs
     }
     return min(
-        _distance(items[a].geometry, placed[a], items[b].geometry, placed[b])
+        signed_distance(items[a].geometry, placed[a], items[b].geometry, placed[b])
         for a, b in combinations(range(len(items)), 2)
         if frozenset((bodies[a], bodies[b])) in pairs
     )

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from graspbench.hand.importing.importer import ImportedHand
-from graspbench.hand.parameters import FingerDescription
+from graspbench.hand.parameters import FingerDescription, TipShape
 
 
 def description_text(found: ImportedHand, source: str) -> str:
@@ -27,7 +27,8 @@ def description_text(found: ImportedHand, source: str) -> str:
     lines += [
         f"# Of {len(p.chains)} fingers: as many as oppose, and as reach contacts evenly around a body.",
         f"fingers: {p.fingers}",
-        "# The spheres that touch. They come from: "
+        *_what_touches(p.tip_shape),
+        "# The spheres at the tips. They come from: "
         + "; ".join(f"{name}: {tip.source}" for name, tip in found.tips.items())
         + ".",
         f"tip_radius_m: {_number(p.tip_radius_m)}",
@@ -56,6 +57,17 @@ def description_text(found: ImportedHand, source: str) -> str:
         held = ", ".join(f"{_text(name)}: {_number(value)}" for name, value in p.locked_deg.items())
         lines.append(f"locked_deg: {{{held}}}")
     return "\n".join(lines) + "\n"
+
+
+def _what_touches(shape: TipShape) -> list[str]:
+    """Return what touches, and why."""
+    if shape == "link":
+        said = ["# The last links touch as they are, as was asked for (--tip-shape); where the spheres below"]
+        said += ["# are is about where. 'sphere': these touch, also where the links are not round."]
+    else:
+        said = ["# Spheres touch: they follow the links' pads (below), and in-hand motion rolls on them."]
+        said += ["# 'link': the last links touch as they are, and the wrist helps to place them."]
+    return [*said, f"tip_shape: {shape}"]
 
 
 def _chain(finger: FingerDescription) -> str:

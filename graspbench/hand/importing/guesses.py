@@ -1,11 +1,13 @@
 """What the user knows of a hand, as text on the command line."""
 
 from collections.abc import Sequence
+from typing import cast, get_args
 
 import numpy as np
 
 from graspbench.errors import ConfigurationError
 from graspbench.hand.importing.importer import Guesses
+from graspbench.hand.parameters import TipShape
 
 
 def guesses_of(
@@ -16,6 +18,7 @@ def guesses_of(
     drop: Sequence[str],
     tips: Sequence[str],
     tip_radius_mm: float | None,
+    tip_shape: str,
     postures: Sequence[str],
     rests: Sequence[str],
     locks: Sequence[str],
@@ -33,6 +36,10 @@ def guesses_of(
     direction = None if approach is None else _three(approach, "--approach", "X,Y,Z")
     if direction is not None and not any(direction):
         raise ConfigurationError(f"--approach {approach} has no direction", remedy="give X,Y,Z, not all 0")
+    if tip_shape not in get_args(TipShape):
+        raise ConfigurationError(
+            f"--tip-shape is '{tip_shape}'", remedy=f"give {' or '.join(get_args(TipShape))}"
+        )
     return Guesses(
         palm=palm,
         approach=direction,
@@ -40,6 +47,7 @@ def guesses_of(
         drop=tuple(drop),
         tips={name: _tip(value, name) for name, value in _pairs(tips, "--tip", "FINGER=LINK:X,Y,Z")},
         tip_radius_m=None if tip_radius_mm is None else 1e-3 * tip_radius_mm,
+        tip_shape=cast(TipShape, tip_shape),
         postures_deg={n: _numbers(v, "--posture") for n, v in _pairs(postures, "--posture", "FINGER=A,B,C")},
         rests_deg={n: _numbers(v, "--rest") for n, v in _pairs(rests, "--rest", "FINGER=A,B,C")},
         locked_deg={n: _one(v, "--lock") for n, v in _pairs(locks, "--lock", "JOINT=DEG")},

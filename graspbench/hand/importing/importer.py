@@ -18,7 +18,7 @@ from graspbench.hand.importing.tips import FoundTip, LastLink, closing_sides, fi
 from graspbench.hand.importing.trying import is_better_with_two
 from graspbench.hand.loading import load_hand, read_urdf
 from graspbench.hand.model import HandModel
-from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription, Vector3
+from graspbench.hand.parameters import FingerDescription, HandParameters, PalmDescription, TipShape, Vector3
 
 OBJECT_M = 0.06
 _CHOICE = 2
@@ -36,6 +36,7 @@ class Guesses:
         drop: Fingers to leave out.
         tips: Link and centre of the tip, m, by finger.
         tip_radius_m: Radius of the tips.
+        tip_shape: What touches: spheres, or the last links as they are.
         postures_deg: Posture of a grasp by finger, deg or mm.
         rests_deg: Posture out of the way by finger, deg or mm.
         locked_deg: Joints that are held, deg or mm.
@@ -49,6 +50,7 @@ class Guesses:
     drop: tuple[str, ...] = ()
     tips: Mapping[str, tuple[str, tuple[float, float, float]]] = field(default_factory=dict)
     tip_radius_m: float | None = None
+    tip_shape: TipShape = "sphere"
     postures_deg: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     rests_deg: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     locked_deg: Mapping[str, float] = field(default_factory=dict)
@@ -121,6 +123,9 @@ def import_hand(path: Path, name: str, guesses: Guesses) -> ImportedHand:
         two = replace(parameters, fingers=2)
         if is_better_with_two(found, load_hand(two), guesses.object_m):
             parameters, found = two, load_hand(two)
+    if guesses.tip_shape != parameters.tip_shape:
+        parameters = replace(parameters, tip_shape=guesses.tip_shape)
+        found = load_hand(parameters)
     return ImportedHand(parameters, structure, tips, opposition, found)
 
 

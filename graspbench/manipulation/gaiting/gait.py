@@ -26,7 +26,7 @@ from graspbench.manipulation.gaiting.hold import HoldTest
 from graspbench.manipulation.gaiting.regrasp import ChartAt, Placement, Regrasp
 from graspbench.manipulation.gaiting.stance import Moves, Stance
 from graspbench.manipulation.gaiting.turning import Turning, grasp_normal
-from graspbench.manipulation.held_object import hold_object
+from graspbench.manipulation.held_object import hold_object, refuse_links
 from graspbench.reconstruction.surface import Surface
 
 _RESERVES = (0.35, 0.2)
@@ -125,6 +125,7 @@ def _check(hand: HandModel, grasp: Grasp, contact: ContactParameters) -> None:
             f"fingers do not gait on contacts of kind '{contact.kind}'",
             remedy=f"set contact to one of {', '.join(GAITING)}",
         )
+    refuse_links(hand)
     if hand.places_by_wrist:
         raise ManipulationError(
             f"the fingers of hand '{hand.name}' cannot place their tips by themselves, so they cannot step",

@@ -31,7 +31,7 @@ class ObjectLevelControl(ForceControl, ABC):
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
         super().__init__(stage, fingers, touches)
-        if stage.model.places_by_wrist:
+        if not stage.model.moves_tips_freely:
             raise HandError(
                 f"the fingers of hand '{stage.model.name}' cannot move an object in every direction",
                 remedy="set execution.control=joint_impedance",
