@@ -14,7 +14,7 @@ from graspbench.planning.parameters import PathParameters
 from graspbench.planning.smoothing import low_pass, smooth_way
 from graspbench.planning.time_law import minimum_jerk
 
-_SHARES = (1.0, 0.75, 0.5, 0.25)
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _REACH_TOLERANCE_M = 1e-5
 _MIN_DEVIATION_M = 5e-3
 _MIN_TRAVEL_S = 0.1  # of a way along which the tips start and stop smoothly
