@@ -18,7 +18,7 @@ from graspbench.planning.time_law import minimum_jerk
 _STEP_M = 5e-4
 _DAMPING = 1e-6
 _MAX_STEPS = 200
-_LEAST_M = 2e-3
+_LEAST_M = 0.8e-3
 _PEAK = 1.875  # of the speed along a minimum-jerk motion, in mean speeds
 
 
