@@ -6,7 +6,7 @@ over the surface one by one, while the others hold the object at rest, and the n
 planned before the first motion, so a gait that cannot be done is refused before it starts.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,8 +29,6 @@ from graspbench.manipulation.gaiting.turning import Turning, grasp_normal
 from graspbench.manipulation.held_object import hold_object, refuse_links
 from graspbench.reconstruction.surface import Surface
 
-_RESERVES = (0.35, 0.2)
-"""Shares of its friction that every contact shall keep in a step, before less will do."""
 _SHARES = (1.0, 0.7, 0.4)
 """Of a turn, after which a round of steps is looked for."""
 _GOALS_DEG = 10.0
@@ -94,29 +92,11 @@ def gait_object(
     fingers = grasp.posture.fingers
     palm = held.transform_palm_to_world
     moves = Moves(hand, fingers, turning, palm, clik, sparing, gait, stepping, gravity)
-
-    def planned(reserve: float) -> tuple[Piece, ...]:
-        hold = HoldTest(chosen.forces.friction, reserve)
-        regrasp = Regrasp(hand, fingers, footholds, stepping, hold, make_chart, turning)
-        return _Gait(moves, regrasp, gait).pieces(start)
-
+    hold = HoldTest(chosen.forces.friction, gait.friction_reserve)
+    regrasp = Regrasp(hand, fingers, footholds, stepping, hold, make_chart, turning)
+    pieces = _Gait(moves, regrasp, gait).pieces(start)
     names = [hand.finger_names[f] for f in fingers]
-    pieces = _firmest(planned, gait.friction_reserve)
     return join(pieces, turning.axis, fingers, names, chosen.forces.friction)
-
-
-def _firmest(planned: Callable[[float], tuple[Piece, ...]], least: float) -> tuple[Piece, ...]:
-    """Return a gait whose contacts keep as much of their friction in a step as a few trials tell.
-
-    What is balanced just so on paper is lost in physics.
-    """
-    for reserve in _RESERVES:
-        if reserve > least:
-            try:
-                return planned(reserve)
-            except ManipulationError:
-                continue
-    return planned(least)
 
 
 def _check(hand: HandModel, grasp: Grasp, contact: ContactParameters) -> None:

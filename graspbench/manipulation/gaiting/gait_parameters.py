@@ -36,9 +36,7 @@ class GaitParameters:
     friction_reserve: Annotated[
         float,
         Field(
-            ge=0,
-            lt=1,
-            description="Least share of its friction that every contact keeps in a step; more is tried first",
+            ge=0, lt=1, description="Share of its friction that every contact keeps while one finger is off"
         ),
     ] = 0.05
     joint_margin: Annotated[
