@@ -17,7 +17,10 @@ def sliding_hand(n, effort=EFFORT):
     for i in range(n):
         jacobians[i, :, 3 * i : 3 * i + 3] = np.eye(3)
     return SimpleNamespace(
-        n_joints=3 * n, effort_limits=np.full(3 * n, effort), tip_jacobians=lambda joints: jacobians
+        n_joints=3 * n,
+        effort_limits=np.full(3 * n, effort),
+        tips_are_links=False,
+        tip_jacobians=lambda joints: jacobians,
     )
 
 
