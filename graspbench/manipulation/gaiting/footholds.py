@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from graspbench.arrays import BoolArray, FloatArray
 from graspbench.hand import HandModel
@@ -22,8 +21,6 @@ _MAX_JUMP_RAD = 0.7
 _BIN_DEG = 9.0
 _PER_BIN = 2
 _MARGIN_CAP = 0.12
-_BENT_M, _BENT_WEIGHT = 5e-3, 3.0
-"""How far around a contact the surface's bend speaks against it: at edges normals are not well known."""
 _AWAY_M = 1e3
 _BENDS_RAD = (0.0, -0.5, 0.5)
 
@@ -77,7 +74,6 @@ class Footholds:
         self._height_m = height_m
         self._alone = [_alone(hand, finger) for finger in range(hand.n_fingers)]
         self._usable = np.flatnonzero(self._touchable())
-        self._bend = _bends(self.points, self.normals)
 
     def _touchable(self) -> BoolArray:
         """Tell where a tip can touch at all without sinking into the surface beside, and pushes inwards."""
@@ -111,7 +107,7 @@ class Footholds:
             ok, margin, course = self.reachable(
                 finger, points, normals, begin, first_deg, last_deg, 0.2 if bend_rad == 0.0 else 0.0
             )
-            cost = self._cost(points, normals, margin) + _BENT_WEIGHT * self._bend[nodes]
+            cost = self._cost(points, normals, margin)
             found += [(float(cost[k]), int(k), course[:, k]) for k in np.flatnonzero(ok)]
         found.sort(key=lambda each: each[:2])
         angles = np.linspace(first_deg, last_deg, len(found[0][2])) if found else np.zeros(1)
@@ -194,18 +190,6 @@ class Footholds:
         across = np.cross(self._axis, np.eye(3)[int(np.argmin(np.abs(self._axis)))])
         across /= np.linalg.norm(across)
         return np.rad2deg(np.arctan2(points @ np.cross(self._axis, across), points @ across))
-
-
-def _bends(points: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return how much the surface bends around its points, 0 where it is flat, shape (n,).
-
-    It is 1 - cos of the largest angle between a normal and the others within `_BENT_M`.
-    """
-    near = cKDTree(points).query_ball_point(points, _BENT_M)
-    bends: FloatArray = np.array(
-        [1.0 - float((normals[others] @ normal).min()) for others, normal in zip(near, normals, strict=True)]
-    )
-    return bends
 
 
 def _alone(hand: HandModel, finger: int) -> HandModel:
