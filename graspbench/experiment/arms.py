@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from graspbench.config.bounds import bounds_of
 from graspbench.config.groups import group_options
 from graspbench.config.trial_config import load_config
 from graspbench.errors import GraspbenchError, HandError
@@ -85,7 +86,8 @@ def _text(p: ArmParameters, arm: ArmFile) -> str:
     flange = arm.transform_flange_to_tip
     angles = Rotation.from_matrix(flange[:3, :3]).as_euler("xyz", degrees=True)
     units = [1e3 if slides else float(np.degrees(1.0)) for slides in arm.slides]
-    speeds = [round(unit * speed, 3) for unit, speed in zip(units, arm.speed_limits, strict=True)]
+    bounds = bounds_of("speed_limits_deg", False, None)  # files state speeds that no arm has
+    speeds = np.clip(np.array(units) * arm.speed_limits, bounds.smallest, bounds.high).round(6).tolist()
     lines = [
         f"# Arm '{p.name}', read from {p.urdf}.",
         "# Everything below was found in the file and may be changed here.",
