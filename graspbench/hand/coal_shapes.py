@@ -49,19 +49,20 @@ def eroded_hull(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:
     inside = vertices[hull.vertices].mean(axis=0)
     if np.max(planes[:, :3] @ inside + planes[:, 3]) > -_GRAIN_M:
         return coal.Sphere(_GRAIN_M)
-    return _hull(scipy.spatial.HalfspaceIntersection(planes, inside).intersections)
+    return hull_of_points(scipy.spatial.HalfspaceIntersection(planes, inside).intersections)
 
 
 def convex(shape: coal.CollisionGeometry) -> coal.CollisionGeometry:
     """Return a mesh's convex hull; other shapes as they are."""
-    return _hull(_vertices(shape)) if hasattr(shape, "vertices") else shape
+    return hull_of_points(_vertices(shape)) if hasattr(shape, "vertices") else shape
 
 
 def _vertices(shape: coal.CollisionGeometry) -> FloatArray:
     return np.array(shape.vertices(), dtype=float).reshape(-1, 3)
 
 
-def _hull(points: FloatArray) -> coal.CollisionGeometry:
+def hull_of_points(points: FloatArray) -> coal.Convex:
+    """Return the convex hull of points, shape (n, 3), that span a solid."""
     vertices = coal.StdVec_Vec3s()
     for point in points:
         vertices.append(np.asarray(point, dtype=float))

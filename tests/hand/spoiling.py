@@ -109,12 +109,7 @@ def spoilt_hand(folder: Path, rng: random.Random) -> Path:
     finger = rng.choice((three_joints, three_joints, two_joints, one_joint_coupled))
     count = rng.choice((2, 3, 3, 3, 4))
     text = f'<robot name="spoilt">{PALM}{fingers(count, finger)}</robot>'
-    if rng.random() < 0.4:
-        text = _with_meshes(text)
-    mesh = _mesh(rng, spoil=rng.random() < 0.5)
-    for _ in range(rng.choice((1, 1, 2, 3))):
-        text = rng.choice(SPOIL_URDF)(text, rng)
-    return _written(folder, "hand.urdf", text, mesh)
+    return _spoilt(folder, "hand.urdf", text, rng)
 
 
 def spoilt_arm(folder: Path, rng: random.Random) -> Path:
@@ -128,12 +123,16 @@ def spoilt_arm(folder: Path, rng: random.Random) -> Path:
         text += f'<link name="l{k}">{INERTIAL}<collision>{shape}</collision></link>'
         above = f"l{k}"
     text += "</robot>"
+    return _spoilt(folder, "arm.urdf", text, rng)
+
+
+def _spoilt(folder: Path, name: str, text: str, rng: random.Random) -> Path:
     if rng.random() < 0.4:
         text = _with_meshes(text)
     mesh = _mesh(rng, spoil=rng.random() < 0.5)
     for _ in range(rng.choice((1, 1, 2, 3))):
         text = rng.choice(SPOIL_URDF)(text, rng)
-    return _written(folder, "arm.urdf", text, mesh)
+    return _written(folder, name, text, mesh)
 
 
 def spoilt_mjcf(folder: Path, text: str, rng: random.Random) -> Path:

@@ -33,7 +33,7 @@ def without_arm(
     structure = find_structure(robot, name, palm)
     if len(structure.wrist) < _ARM_JOINTS:
         return source
-    parents = {_end(joint, "child"): _end(joint, "parent") for joint in robot.findall("joint")}
+    parents = {end_of(joint, "child"): end_of(joint, "parent") for joint in robot.findall("joint")}
     kept = {link.get("name", "") for link in robot.findall("link")}
     kept = {link for link in kept if structure.palm in _above(link, parents)}
     if is_only_seen(robot):
@@ -44,7 +44,7 @@ def without_arm(
         if link.get("name") not in kept:
             robot.remove(link)
     for joint in robot.findall("joint"):
-        if _end(joint, "parent") not in kept:
+        if end_of(joint, "parent") not in kept:
             robot.remove(joint)
     name_meshes(robot, source, folders, name)
     for other in [each for each in robot if each.tag not in ("link", "joint")]:
@@ -61,7 +61,8 @@ def without_arm(
     return target
 
 
-def _end(joint: ElementTree.Element, end: str) -> str:
+def end_of(joint: ElementTree.Element, end: str) -> str:
+    """Return the link at an end of a joint, ``parent`` or ``child``; empty where none is named."""
     element = joint.find(end)
     return "" if element is None else element.get("link", "")
 

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio
 
 from graspbench.arrays import FloatArray, IntArray
+from graspbench.hand.coal_shapes import hull_of_points
 from graspbench.hand.hulls import extreme_points
 from graspbench.hand.importing.surfaces import surface_points
 from graspbench.hand.model import HandModel
@@ -119,10 +120,7 @@ def _hull(points: FloatArray) -> coal.Convex | None:
     """Return the convex hull of points; None for less than a solid."""
     if len(points) < 4 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[2] < _FLAT_M:
         return None
-    vertices = coal.StdVec_Vec3s()
-    for corner in extreme_points(points, _DIRECTIONS):
-        vertices.append(np.asarray(corner))
-    return coal.Convex.convexHull(vertices, True, "Qt")
+    return hull_of_points(extreme_points(points, _DIRECTIONS))
 
 
 def _sphere(hull: coal.Convex) -> tuple[FloatArray, float]:

@@ -12,6 +12,7 @@ from graspbench.arrays import FloatArray
 from graspbench.errors import HandError
 from graspbench.hand.directions import even_directions
 from graspbench.hand.hulls import hull_of
+from graspbench.hand.importing.arms import end_of
 from graspbench.simulation.arm_parameters import ArmParameters
 
 _ASIDE_M = 0.005
@@ -52,11 +53,11 @@ def _outwards(
     if abs(along) < _ASIDE_M and len(points):
         along = float((points @ axis).mean())
     outwards = axis if along >= 0.0 else -axis
-    by_child = {_end(joint, "child"): joint for joint in robot.findall("joint")}
+    by_child = {end_of(joint, "child"): joint for joint in robot.findall("joint")}
     link, turn = tip, np.eye(3)
     while by_child[link] is not last:  # fixed joints between the last one that moves and the tip
         turn = _origin(by_child[link])[0] @ turn
-        link = _end(by_child[link], "parent")
+        link = end_of(by_child[link], "parent")
     return np.asarray(turn.T @ outwards)
 
 
@@ -95,23 +96,18 @@ def placed_bodies(
         The joint as its place among ``joints``, -1 for what stands; points in the frame of the link that the
         joint moves, those of what stands in the root's.
     """
-    by_child = {_end(joint, "child"): joint for joint in robot.findall("joint")}
+    by_child = {end_of(joint, "child"): joint for joint in robot.findall("joint")}
     found = []
     for name, own in shapes.items():
         link, points = name, own
         while link in by_child and by_child[link] not in joints:
             rotation, offset = _origin(by_child[link])
             points = points @ rotation.T + offset
-            link = _end(by_child[link], "parent")
+            link = end_of(by_child[link], "parent")
         stage = joints.index(by_child[link]) if link in by_child else -1
         if len(points):
             found.append((f"link '{name}'", stage, points))
     return found
-
-
-def _end(joint: ElementTree.Element, end: str) -> str:
-    element = joint.find(end)
-    return "" if element is None else element.get("link", "")
 
 
 def hull_vertices(link: ElementTree.Element, arm: str) -> FloatArray:
