@@ -2,9 +2,11 @@
 
 import _thread
 import signal
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -18,11 +20,13 @@ def end_on_signals() -> None:
     """Let each signal raise `KeyboardInterrupt`; one that is ignored, as under nohup, stays so.
 
     While a library is being loaded nothing may be raised: callbacks drop it, compiled modules crash of it.
-    The signal then comes again a moment later.
+    The signal then comes again a moment later. So it does where compiled code or a destructor can't let the
+    exception pass: Python would print it and go on.
     """
     _asked.clear()
     if threading.current_thread() is not threading.main_thread():
         return
+    sys.unraisablehook = partial(_unraisable, sys.unraisablehook)
     for each in _SIGNALS:
         if signal.getsignal(each) is not signal.SIG_IGN:
             signal.signal(each, _interrupt)
@@ -49,6 +53,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     before = {each: signal.signal(each, interrupt) for each in _SIGNALS if each not in ignored}
     try:
         if _asked.is_set():
+            _asked.clear()  # it need not come again
             raise KeyboardInterrupt
         yield
     finally:
@@ -60,9 +65,25 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     _asked.set()
     if not _is_loading(frame):
         raise KeyboardInterrupt
-    again = threading.Timer(_AGAIN_S, _thread.interrupt_main, (number,))
+    _come_again(signal.Signals(number))
+
+
+def _unraisable(hook: Callable[["sys.UnraisableHookArgs"], object], lost: "sys.UnraisableHookArgs") -> None:
+    if _asked.is_set() and issubclass(lost.exc_type, KeyboardInterrupt):
+        _come_again(signal.SIGINT)
+    else:
+        hook(lost)
+
+
+def _come_again(number: signal.Signals) -> None:
+    again = threading.Timer(_AGAIN_S, _ask_again, (number,))
     again.daemon = True
     again.start()
+
+
+def _ask_again(number: signal.Signals) -> None:
+    if _asked.is_set():
+        _thread.interrupt_main(number)
 
 
 def _is_loading(frame: FrameType | None) -> bool:

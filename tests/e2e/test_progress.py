@@ -61,6 +61,35 @@ def test_a_signal_in_the_midst_of_an_import_waits_for_its_end(monkeypatch, tmp_p
         ending._asked.clear()
 
 
+class Closing:
+    def __del__(self):
+        signal.raise_signal(signal.SIGTERM)
+
+
+def lose_it_and_wait():
+    Closing()
+    time.sleep(5)
+
+
+def test_a_signal_where_nothing_can_be_raised_comes_again_and_prints_nothing(monkeypatch):
+    told = []
+    monkeypatch.setattr("sys.unraisablehook", told.append)
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    end_on_signals()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            lose_it_and_wait()
+        assert not told
+        with pytest.raises(KeyboardInterrupt), interruptible(threading.Event()):
+            pass
+        # A sweep that heard of it is not asked once more.
+        time.sleep(3 * ending._AGAIN_S)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+        ending._asked.clear()
+
+
 def test_an_ignored_hangup_stays_ignored():
     before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
