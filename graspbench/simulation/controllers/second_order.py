@@ -54,7 +54,8 @@ class SecondOrder:
 
     def relaxed(self, force: FloatArray) -> FloatArray:
         """Return the offset at which the spring bears a force, shape (n,)."""
-        return force / self._stiffness
+        relaxed: FloatArray = force / self._stiffness
+        return relaxed
 
 
 def step_response(times_s: FloatArray, mass: float, damping: float, stiffness: float) -> FloatArray:
