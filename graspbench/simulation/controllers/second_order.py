@@ -30,7 +30,7 @@ class SecondOrder:
         self._trace = (cmath.exp(slow * time_step_s) + cmath.exp(fast * time_step_s)).real
         self._determinant = math.exp(-damping / mass * time_step_s)
         first = 1.0 - step_response(np.array([time_step_s]), mass, damping, stiffness)[0]
-        self._rest_rate = (1.0 - (self._trace - first) / self._determinant) / time_step_s
+        self._rest_rate = float(1.0 - (self._trace - first) / self._determinant) / time_step_s
 
     def acceleration(self, offset: FloatArray, rate: FloatArray, force: FloatArray) -> FloatArray:
         """Return the acceleration for the next step, shape (n,).
@@ -54,8 +54,7 @@ class SecondOrder:
 
     def relaxed(self, force: FloatArray) -> FloatArray:
         """Return the offset at which the spring bears a force, shape (n,)."""
-        relaxed: FloatArray = force / self._stiffness
-        return relaxed
+        return force / self._stiffness
 
 
 def step_response(times_s: FloatArray, mass: float, damping: float, stiffness: float) -> FloatArray:
