@@ -60,3 +60,21 @@ def test_unusable_options_are_one_sentence(cli, tmp_path, overrides, words):
     assert finished.code == 2
     assert words in finished.stderr.strip().splitlines()[-1]
     assert not (tmp_path / "results").exists()
+
+
+def test_a_finger_slides_in_physics_while_the_others_hold(cli, tmp_path):
+    far = ("contact.sliding.way_m=[0,0,0.004]", "execution=default", "execution.lift_time_s=0.5")
+    finished = cli("manipulate", *SLIDE, *far, "--json", "-o", tmp_path)
+    assert finished.code == 0, finished.stderr
+    played = finished.document["in_hand"]
+    assert played["success"]
+    # it really slides, about as far as planned, and the object stays
+    assert played["slip_max_m"] == pytest.approx(finished.document["sliding"]["slid_max_m"], rel=0.4)
+    assert played["position_error_max_m"] < 2e-3
+
+
+def test_a_finger_that_slides_in_physics_asks_for_springs(cli, tmp_path):
+    other = ("execution=default", "execution.control=object_impedance")
+    finished = cli("manipulate", *SLIDE, *other, "-o", tmp_path / "results")
+    assert finished.code == 2
+    assert "execution.control=joint_impedance" in finished.stderr.strip().splitlines()[-1]
