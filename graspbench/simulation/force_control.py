@@ -216,7 +216,7 @@ class ForceControl:
         """
         weight = self._weight_n * upwards
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
-        forces = np.zeros_like(self._points)
+        forces = self._forces.copy()  # of those that hold, and of those that only press
         for _ in range(_EFFORT_ROUNDS):
             held, self._left = self._balance.forces(mean_n, weight, self._left)
             if self._left < 0.0:
@@ -227,6 +227,7 @@ class ForceControl:
             if share >= _NEARLY_ALL:
                 return needed
             mean_n *= share
+        forces = np.zeros_like(self._points)
         forces[self._on] = (_weight_sharing(self._points[self._on]) @ weight).reshape(-1, 3)
         return self._pressing + torques(forces)
 
