@@ -93,6 +93,9 @@ def _check_sliding(config: "ManipulationConfig") -> None:
     elif config.contact.kind in ("frictionless", "soft_pad"):
         wrong = f"fits no contacts of kind '{config.contact.kind}'"
         remedy = "set contact to one of rolling, hard, soft"
+    elif config.execution.until != "off" and config.execution.control != "joint_impedance":
+        wrong = f"does not go with execution.control = {config.execution.control}"
+        remedy = "set execution.control=joint_impedance"
     elif config.motion.gait.angle_deg != 0.0:
         wrong, remedy = "does not go with finger gaiting", "leave motion.gait.angle_deg out"
     if wrong is not None:

@@ -1,6 +1,6 @@
 """Contact forces along a motion, computed at a lower rate while it runs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -43,6 +43,7 @@ class ForceRecorder:
         self._gravity = gravity * to_world.T @ np.array([0.0, 0.0, 1.0])
         self._slides = any(contact.slides for contact in system.contacts)
         self._wrench = np.array(parameters.sliding.wrench) if self._slides else np.zeros(6)
+        self._fingers = parameters.sliding.fingers
         self._reserve = parameters.sliding.friction_reserve if self._slides else 0.0
         self._distribute = ForceDistribution(parameters.forces, self._reserve)
         self._along: list[FloatArray] = []
@@ -95,8 +96,8 @@ class ForceRecorder:
         except ManipulationError:
             if self._slides:
                 raise ManipulationError(
-                    f"no contact forces balance the load while {_named(sliding)} and every other contact "
-                    f"keeps {100.0 * self._reserve:g} % of its friction"
+                    f"no contact forces balance the load while {_named(self._fingers, sliding)} and every "
+                    f"other contact keeps {100.0 * self._reserve:g} % of its friction"
                 ) from None
             self.forces.append(np.full((clik.system.n_contacts, 3), np.nan))
             self.torsions.append(np.full(clik.system.n_contacts, np.nan))
@@ -117,8 +118,8 @@ class ForceRecorder:
         return load
 
 
-def _named(sliding: Mapping[int, Sliding] | None) -> str:
+def _named(fingers: Sequence[int], sliding: Mapping[int, Sliding] | None) -> str:
     if not sliding:
         return "all contacts are at rest"
-    several = len(sliding) > 1
-    return f"contact{'s' * several} {', '.join(map(str, sliding))} slide{'s' * (not several)}"
+    numbers = ", ".join(map(str, fingers))
+    return f"finger {numbers} slides" if len(fingers) == 1 else f"fingers {numbers} slide"

@@ -63,6 +63,9 @@ class FingerWalk:
         self._ends = np.array([span.to_s for span in self._spans])
         self._offset = self._control.rest - path.joints[0]
         self._holding = np.ones(len(fingers), dtype=np.bool_)
+        if path.sliding:
+            self._holding[list(path.sliding)] = False
+            self._control.stand_on(self._holding, _CHANGE_S, path.sliding_n)
         self._touched = False
         self._now = self._spans[0]
         self.duration_s = float(self._ends[-1])

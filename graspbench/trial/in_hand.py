@@ -21,6 +21,7 @@ from graspbench.manipulation import (
 )
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
+from graspbench.manipulation.sliding.sliding_history import SlidingHistory
 from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
 from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult, SlidingFigures
@@ -212,13 +213,23 @@ def _path(moved: ManipulationResult) -> InHandPath:
     """Return a motion as physics plays it, with the steps of a gait."""
     times, poses = moved.history.times, moved.desired_transforms_object_to_palm
     if not isinstance(moved, GaitResult):
-        return InHandPath(times, moved.history.joints, poses)
+        path = InHandPath(times, moved.history.joints, poses)
+        return path if moved.sliding is None else _with_sliding(path, moved, moved.sliding)
     steps = []
     for step in moved.steps:
         at = int(np.argmin(np.abs(times - step.to_s)))
         inward = -poses[at, :3, :3] @ moved.contact_normals[at, step.contact]
         steps.append(StepOnPath(step.contact, step.from_s, step.to_s, inward))
     return InHandPath(times, moved.history.joints, poses, moved.axis, tuple(steps))
+
+
+def _with_sliding(path: InHandPath, moved: ManipulationResult, sliding: SlidingHistory) -> InHandPath:
+    """Return a path with its contacts that slide and the normal force that they have on the mean."""
+    at = np.searchsorted(path.times, moved.force_times - 1e-9)
+    rotations = path.transforms_object_to_palm[at, :3, :3]
+    normals = np.einsum("tij,tnj->tni", rotations, moved.contact_normals[at])
+    pressing = -np.einsum("tni,tni->tn", moved.forces, normals)[:, list(sliding.contacts)]
+    return dataclasses.replace(path, sliding=sliding.contacts, sliding_n=float(pressing.mean()))
 
 
 def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:

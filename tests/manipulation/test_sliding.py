@@ -141,7 +141,7 @@ def test_three_fingers_in_a_plane_cannot_hold_what_one_of_them_drags_out_of_it()
     """The drag's moment is R mu N, and two thirds of it more: no forces across the plane balance both."""
     three = radial(3)
     chosen = replace(CONTACT, sliding=SlidingParameters((0,), (0.0, 0.0, WAY_M)))
-    with pytest.raises(ManipulationError, match="no contact forces balance the load while contact 0 slides"):
+    with pytest.raises(ManipulationError, match="no contact forces balance the load while finger 0 slides"):
         slid_on_ball(three, chosen)
 
 
