@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.beside import Beside
 from graspbench.config.trial_config import ManipulationConfig, TrialConfig
 from graspbench.manipulation import (
     ContactParameters,
     GaitResult,
     ManipulationResult,
     check_gait,
+    check_sliding,
     gait_object,
     manipulate_object,
 )
@@ -21,7 +23,7 @@ from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
 from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
-from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult
+from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult, SlidingFigures
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.in_hand_path import InHandPath, StepOnPath
@@ -41,7 +43,12 @@ _LOG_RATE_HZ = 50.0
 
 
 def run_in_hand(
-    config: TrialConfig, started: TrialResult, log: TrialLog, folder: Path | None, clock: StageClock
+    config: TrialConfig,
+    started: TrialResult,
+    log: TrialLog,
+    folder: Path | None,
+    clock: StageClock,
+    _beside: Beside,
 ) -> TrialResult:
     """Plan a grasp and move the object in the hand: the procedure of kind ``manipulation``.
 
@@ -51,6 +58,7 @@ def run_in_hand(
         log: Where to record it, stage by stage.
         folder: Where histories and pictures go; None writes none.
         clock: Times the stages.
+        _beside: Not needed: the pictures show how the motion ended.
 
     Returns:
         The result; status "failed" with the reason when the motion is not what was asked for.
@@ -71,7 +79,10 @@ def run_in_hand(
         checked = None
         if isinstance(moved, GaitResult):
             checked = clock.run("check", lambda: _check(config, trial, contact, moved))
-        reason = f"the check of the gait: {checked.violations[0]}" if checked and checked.violations else None
+        slid = None
+        if moved.sliding is not None:
+            slid = clock.run("check", lambda: _check_sliding(config, trial, contact, moved))
+        reason = _wrong(checked, slid)
         played = None if reason else _play(config, trial, moved, clock)
         lost = None if played is None else _lost(config, played)
         if lost is not None:
@@ -86,6 +97,7 @@ def run_in_hand(
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             gait=checked,
+            sliding=slid,
             in_hand=None if played is None else _played_result(played, config.execution.push_slip_m),
         )
         with clock.stage("record"):
@@ -119,6 +131,23 @@ def _check(
     found = check_gait(trial.hand, trial.surfaces[-1], moved, contact, gravity=config.scene.gravity)
     figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
     return GaitFigures(turns=moved.turns, steps=len(moved.steps), verified=not found.violations, **figures)
+
+
+def _check_sliding(
+    config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters, moved: ManipulationResult
+) -> SlidingFigures:
+    """Check contacts that slide independently of their planning."""
+    found = check_sliding(trial.hand, moved, contact, gravity=config.scene.gravity)
+    figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
+    return SlidingFigures(verified=not found.violations, **figures)
+
+
+def _wrong(gait: GaitFigures | None, sliding: SlidingFigures | None) -> str | None:
+    """Return what an independent check found first, one clause; None if nothing."""
+    for what, checked in (("gait", gait), ("sliding contacts", sliding)):
+        if checked is not None and checked.violations:
+            return f"the check of the {what}: {checked.violations[0]}"
+    return None
 
 
 def _write_range(config: ManipulationConfig, trial: PlannedTrial, folder: Path) -> None:
@@ -277,9 +306,12 @@ def _draw(
     from graspbench.report.manipulation_figures import (  # loads Matplotlib
         draw_manipulation,
         write_manipulation,
+        write_sliding,
     )
 
     write_manipulation(moved, folder / "histories.csv")
+    if moved.sliding is not None:
+        write_sliding(moved, moved.sliding, folder / "sliding.csv")
     if not config.record.pictures:
         return
     posture = trial.plan.grasp.posture
