@@ -18,17 +18,16 @@ _COARSE = (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from graspbench.config.trial_config import TrialConfig
     from graspbench.reconstruction.surface import Surface
 
 
 def main() -> None:
-    """Compile both halves and what else a trial takes at the same time.
+    """Compile what each part of a trial takes, all at the same time.
 
     Who needs a kernel that another one is compiling waits for it (`graspbench.kernel_cache`), so the work is
     spread evenly whatever each kernel takes.
     """
-    work_together(warm_up_planner, warm_up_hand, warm_up_trial)
+    work_together(warm_up_planner, warm_up_search, warm_up_hand, warm_up_trial)
 
 
 def work_together(here: Callable[[], object], *beside: Callable[[], object]) -> None:
@@ -72,15 +71,14 @@ def warm_up_planner() -> None:
     config = load_config(["planner.candidates=1", "planner.planes=1"])
     index = make_index(config.index_name, config.index, 3, config.quality)
     plan_local([_ball()], index, None, 3, config.local_planner, config.quality)
-    warm_up_search(config)
 
 
-def warm_up_search(config: "TrialConfig") -> None:
+def warm_up_search() -> None:
     """Compile what searches all grasps of a surface, with the configured model and with the thesis'."""
     from graspbench.config.trial_config import load_config
     from graspbench.planning import SearchParameters, plan_global
 
-    for quality in (config.quality, load_config(["quality=thesis"]).quality):
+    for quality in (load_config().quality, load_config(["quality=thesis"]).quality):
         for measure in ("q1", "q3"):
             plan_global(_ball(), measure, 3, quality, SearchParameters(time_limit_s=5.0))
 
