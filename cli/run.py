@@ -63,7 +63,7 @@ def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
         print_stage(time.perf_counter() - ticker.started, stage, seconds)
 
     with Ticker(partial(stage_activity, watch)) as ticker:
-        result = run_and_store(config, store, on_stage=show_stage, watch=watch)
+        result = run_and_store(config, store, on_stage=show_stage, watch=watch, draw_beside=True)
     store.write_table()
     if as_json:
         print_json(result)

@@ -161,29 +161,31 @@ class ObjectBody:
         pose: pinocchio.SE3,
         gaps: FloatArray,
         enough_m: float = np.inf,
-    ) -> Nearness | None:
-        """Return how near a shape is to the object; None where it is farther away than ``enough_m``.
+    ) -> tuple[Nearness | None, float]:
+        """Return how near a shape is to the object, and what it is not nearer than, m.
 
         Args:
             shape: A convex shape.
             pose: Its pose in the object's frame.
             gaps: Its row of `gaps`, shape (parts,).
-            enough_m: Distances beyond it are of no interest.
+            enough_m: How near it is, is None where it is farther away than this.
         """
-        least, found = enough_m, None
-        near = np.flatnonzero(gaps < enough_m)
-        if len(near) == 0:
-            return None
+        nearest = float(gaps.min())
+        if nearest >= enough_m:
+            return None, nearest
+        least, bound, found = enough_m, np.inf, None
         at, result = coal.Transform3s(pose.rotation, pose.translation), self._result
-        for part in near[np.argsort(gaps[near])].tolist():
+        for part in np.argsort(gaps).tolist():
             if gaps[part] >= least:
+                bound = min(bound, float(gaps[part]))
                 break
             result.clear()
             distance = coal.distance(shape, at, self.parts[part], self._here, self._request, result)
+            bound = min(bound, float(distance))
             if distance < least:
                 least = float(distance)
                 found = Nearness(least, np.array(result.getNearestPoint2()), -np.array(result.normal))
-        return found
+        return found, bound
 
 
 def _convex(shape: Any) -> Any:

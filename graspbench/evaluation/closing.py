@@ -21,6 +21,8 @@ TOUCH_M = 2e-5
 
 _MAX_STEPS = 400
 _MIN_STEP = 1e-4
+_SURE_M = 1e-5
+"""Distances are known to less than this."""
 _SAME = 1e-9
 _DAMPING_M2 = 1e-5
 _STEADY_SHARE = 0.2
@@ -135,7 +137,7 @@ def nearest_of(
     placed = bodies.place(palm, joints, which)
     gaps = body.gaps(bodies.balls(which, placed))
     nears = [
-        body.nearness(bodies.shapes[shape], pose, row, enough_m)
+        body.nearness(bodies.shapes[shape], pose, row, enough_m)[0]
         for shape, pose, row in zip(which, placed, gaps, strict=True)
     ]
     return sorted((near for near in nears if near is not None), key=lambda near: near.distance_m)
@@ -238,19 +240,25 @@ def _close_group(
     levers = bodies.levers
     links = [(int(finger), int(link)) for finger, link in bodies.links]
     touched: dict[tuple[int, int], Nearness] = {}
+    free = np.zeros(len(levers))  # no shape is nearer to the object than this
     along, last = 0.0, float(len(rows) - 1)
     for _ in range(_MAX_STEPS):
         segment = min(int(along), len(rows) - 2)
         slopes = np.where(moving, np.abs(rows[segment + 1] - rows[segment]), 0.0)
-        placed = bodies.place(palm, joints, watched)
-        gaps = body.gaps(bodies.balls(watched, placed))
-        speeds = (levers[watched] @ slopes).tolist()
+        speeds = (levers @ slopes).tolist()
         step, stopped = segment + 1.0 - along, False
-        for shape, pose, row, speed in zip(watched, placed, gaps, speeds, strict=True):
+        # What cannot touch within the step, as far as it is known to be away, need not be looked at.
+        reach = [step * speed + TOUCH_M + _SURE_M for speed in speeds]
+        due = [s for s in watched if free[s] <= reach[s] and links[s] not in touched]
+        placed = bodies.place(palm, joints, due)
+        gaps = body.gaps(bodies.balls(due, placed))
+        for shape, pose, row in zip(due, placed, gaps, strict=True):
             finger, link = links[shape]
-            if (finger, link) in touched:
+            if (finger, link) in touched:  # by another shape of the link
                 continue
-            near = body.nearness(bodies.shapes[shape], pose, row, step * speed + TOUCH_M)
+            speed = speeds[shape]
+            enough = step * speed + TOUCH_M
+            near, free[shape] = body.nearness(bodies.shapes[shape], pose, row, enough)
             if near is None:
                 continue
             if near.distance_m <= TOUCH_M:
@@ -266,5 +274,7 @@ def _close_group(
         if not stopped:
             along = min(along + max(step, _MIN_STEP), segment + 1.0)
             share = along - segment
-            joints[moving] = ((1.0 - share) * rows[segment] + share * rows[segment + 1])[moving]
+            moved = ((1.0 - share) * rows[segment] + share * rows[segment + 1])[moving]
+            free -= levers[:, moving] @ np.abs(moved - joints[moving])
+            joints[moving] = moved
     return [(finger, link, near) for (finger, link), near in sorted(touched.items(), key=lambda t: t[0])]

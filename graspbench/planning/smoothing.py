@@ -57,7 +57,7 @@ def smooth_way(
         if _is_smooth(way[:, 0], max_turning_deg):
             break
         smoother = _stiffened(wanted, stiffness)
-        if _deviation(smoother[:, 0], wanted[:, 0]) > max_deviation_m:
+        if _strays(smoother[:, 0], wanted[:, 0], max_deviation_m):
             break
         way = smoother
     return way[:, 0], _unit(way[:, 1])
@@ -121,11 +121,24 @@ def _stiffened(values: FloatArray, stiffness: float) -> FloatArray:
     return out.reshape(values.shape)
 
 
-def _deviation(way: FloatArray, wanted: FloatArray) -> float:
-    """Return how far any sample of a way is from the nearest one wanted, m."""
-    along = (way[:, None, :, k] - wanted[None, :, :, k] for k in range(3))
-    squared = sum(each * each for each in along)  # an axis at a time: three times as fast as norms of rows
-    return float(np.sqrt(np.asarray(squared).min(axis=1).max()))
+def _strays(way: FloatArray, wanted: FloatArray, max_deviation_m: float) -> bool:
+    """Tell whether any sample of a way, shape (n, n_f, 3), is too far from all that are wanted, same shape.
+
+    Most are near their own one, so that the others need no look.
+    """
+    far = _distances(way, wanted) > max_deviation_m
+    for finger in np.flatnonzero(far.any(axis=0)):
+        samples = way[far[:, finger], None, finger]
+        if np.any(_distances(samples, wanted[None, :, finger]).min(axis=1) > max_deviation_m):
+            return True
+    return False
+
+
+def _distances(points: FloatArray, others: FloatArray) -> FloatArray:
+    apart = points - others
+    # An axis at a time: three times as fast as norms of rows.
+    squared = apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2
+    return np.asarray(np.sqrt(squared))
 
 
 def _unit(normals: FloatArray) -> FloatArray:

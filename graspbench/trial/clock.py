@@ -107,6 +107,11 @@ class StageClock:
             self._tell(*stage)
         return result
 
+    def add_compiled(self, name: str, seconds: float, compiling_s: float) -> None:
+        """Record a stage that was timed elsewhere, where compilation may have been needed besides."""
+        self._note(name, compiling_s)
+        self.add(name, seconds)
+
     def add(self, name: str, seconds: float) -> None:
         """Record a stage that was timed elsewhere."""
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspbench.arrays import FloatArray
+from graspbench.beside import Beside
 from graspbench.config.trial_config import ManipulationConfig, TrialConfig
 from graspbench.manipulation import (
     ContactParameters,
@@ -43,7 +44,12 @@ _LOG_RATE_HZ = 50.0
 
 
 def run_in_hand(
-    config: TrialConfig, started: TrialResult, log: TrialLog, folder: Path | None, clock: StageClock
+    config: TrialConfig,
+    started: TrialResult,
+    log: TrialLog,
+    folder: Path | None,
+    clock: StageClock,
+    _beside: Beside,
 ) -> TrialResult:
     """Plan a grasp and move the object in the hand: the procedure of kind ``manipulation``.
 
@@ -53,6 +59,7 @@ def run_in_hand(
         log: Where to record it, stage by stage.
         folder: Where histories and pictures go; None writes none.
         clock: Times the stages.
+        _beside: Not needed: the pictures show how the motion ended.
 
     Returns:
         The result; status "failed" with the reason when the motion is not what was asked for.

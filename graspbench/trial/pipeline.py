@@ -1,11 +1,13 @@
 """One trial, from camera images to an executed grasp: the thesis' block diagram (figure 3.2)."""
 
 import dataclasses
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+from graspbench.beside import Beside
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import TrialError
 from graspbench.grasp import Grasp
@@ -46,12 +48,21 @@ from graspbench.trial.outcome import (
     strengthened_result,
 )
 from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.planned_pictures import planned_pictures
 from graspbench.trial.reaching import Way, way_to_grasp
 from graspbench.trial.strengthening import strengthened
 
+_DRAWN = ".drawn"
+"""Folder of pictures that are being drawn: they count when the trial comes to its end."""
+
 
 def run_grasp(
-    config: TrialConfig, started: TrialResult, log: TrialLog, folder: Path | None, clock: StageClock
+    config: TrialConfig,
+    started: TrialResult,
+    log: TrialLog,
+    folder: Path | None,
+    clock: StageClock,
+    beside: Beside,
 ) -> TrialResult:
     """Run one trial: the procedure of kind ``trial``.
 
@@ -61,11 +72,28 @@ def run_grasp(
         log: Where to record it, stage by stage.
         folder: Where its pictures go; None draws none.
         clock: Times the stages.
+        beside: Draws while the grasp is executed.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
+    try:
+        return _grasped(config, started, log, folder, clock, beside)
+    finally:
+        beside.stop()
+        if folder is not None:
+            shutil.rmtree(folder / _DRAWN, ignore_errors=True)
+
+
+def _grasped(
+    config: TrialConfig,
+    started: TrialResult,
+    log: TrialLog,
+    folder: Path | None,
+    clock: StageClock,
+    beside: Beside,
+) -> TrialResult:
     evidence = Evidence()
     with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
         trial = strengthened(config, trial, clock)
@@ -81,6 +109,9 @@ def run_grasp(
         trial = way.trial
         with clock.stage("record"):
             _record_paths(log, trial, best, way.paths, way.motion)
+        if folder is not None and config.record.pictures:
+            shown = planned_pictures(trial, way.paths, config.index_name, config.record)
+            beside.start("draw_planned", shown, folder / _DRAWN)
         execution = _execute(config, way, clock)
 
     result = clock.run(
@@ -95,19 +126,7 @@ def run_grasp(
     if folder is not None and execution is not None:
         film(config, trial, execution.motion, folder, clock)
     if folder is not None and config.record.pictures:
-        with clock.stage("pictures"):
-            from graspbench.trial.pictures import draw_trial  # loads Matplotlib
-
-            wanted = config.record
-            draw_trial(
-                folder,
-                config.index_name,
-                trial,
-                way.paths,
-                execution,
-                for_print=wanted.print,
-                titles=wanted.titles,
-            )
+        _finish_pictures(config, trial, execution, folder, clock, beside)
     return result
 
 
@@ -123,8 +142,28 @@ def _pictured(
             with clock.stage("pictures"):
                 from graspbench.trial.pictures import draw_evidence  # loads Matplotlib
 
-                draw_evidence(folder, evidence, for_print=config.record.print)
+                draw_evidence(folder, evidence, config.record)
         raise
+
+
+def _finish_pictures(
+    config: TrialConfig,
+    trial: PlannedTrial,
+    execution: ExecutionResult | None,
+    folder: Path,
+    clock: StageClock,
+    beside: Beside,
+) -> None:
+    """Take the pictures over, and draw how the object was lost, if it was."""
+    with clock.watch.at("pictures"):
+        clock.add_compiled("pictures", *beside.result())
+    for path in sorted((folder / _DRAWN).iterdir()):
+        path.rename(folder / path.name)
+    if execution is not None and execution.reason is not None:
+        with clock.stage("pictures"):
+            from graspbench.trial.pictures import draw_failure  # loads Matplotlib
+
+            draw_failure(folder, trial, execution, config.record)
 
 
 def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:

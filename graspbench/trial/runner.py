@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol
 
+from graspbench.beside import Beside
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import GraspbenchError, InputError, TrialError, sentence
 from graspbench.geometry import object_name
@@ -26,11 +27,14 @@ from graspbench.results.store import (
 )
 from graspbench.results.traces import without_places
 from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
+from graspbench.threads import threads_available
 from graspbench.trial.clock import StageClock, Watch
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
 _MAX_REASON = 1000
+
+_PICTURES = "graspbench.trial.pictures"
 
 Listener = Callable[[str, float], None]
 """Called with each stage's name and seconds."""
@@ -46,6 +50,7 @@ class Procedure(Protocol):
         log: TrialLog,
         folder: Path | None,
         clock: StageClock,
+        beside: Beside,
         /,
     ) -> TrialResult:
         """Run the trial; return its result without times and provenance, which the runner adds.
@@ -56,6 +61,7 @@ class Procedure(Protocol):
             log: Where to record it, stage by stage.
             folder: Where further files go; None writes none.
             clock: Times the stages.
+            beside: Draws pictures (`graspbench.trial.pictures`) while the trial goes on.
 
         Raises:
             InputError: What the configuration names cannot be used.
@@ -63,10 +69,11 @@ class Procedure(Protocol):
         """
 
 
-# By kind: the module, loaded on first use since it loads the simulator, and the log's name.
+# By kind: the module, loaded on first use since it loads the simulator, the log's name, and whether pictures
+# can be drawn while the trial goes on.
 _PROCEDURES = {
-    "trial": ("graspbench.trial.pipeline", "run_grasp", "trial.mcap"),
-    "manipulation": ("graspbench.trial.in_hand", "run_in_hand", "manipulation.mcap"),
+    "trial": ("graspbench.trial.pipeline", "run_grasp", "trial.mcap", True),
+    "manipulation": ("graspbench.trial.in_hand", "run_in_hand", "manipulation.mcap", False),
 }
 
 
@@ -77,6 +84,7 @@ def run_trial(
     picture_dir: Path | None = None,
     on_stage: Listener | None = None,
     watch: Watch | None = None,
+    draw_beside: bool = False,
 ) -> TrialResult:
     """Run one trial, a grasp or an in-hand motion; nothing is stored.
 
@@ -86,18 +94,20 @@ def run_trial(
         picture_dir: Where its pictures go; None draws none.
         on_stage: Called with each stage's name and seconds.
         watch: Is told, as the trial goes on, what it is at.
+        draw_beside: As for `run_and_store`.
 
     Raises:
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
-    module, name, _ = _PROCEDURES[config.kind]
+    module, name, _, early = _PROCEDURES[config.kind]
     clock = StageClock(on_stage, watch)
-    with clock.watch.at("loading"):
-        procedure: Procedure = getattr(import_module(module), name)
-    result = procedure(
-        config, _started(config), log or TrialLog(Path("unused.mcap"), "off"), picture_dir, clock
-    )
+    early = early and picture_dir is not None and config.record.pictures
+    with Beside(_PICTURES, wanted=draw_beside and early and threads_available() > 1) as beside:
+        with clock.watch.at("loading"):
+            procedure: Procedure = getattr(import_module(module), name)
+        no_log = TrialLog(Path("unused.mcap"), "off")
+        result = procedure(config, _started(config), log or no_log, picture_dir, clock, beside)
     return dataclasses.replace(result, times_s=dict(clock.seconds), compiled=tuple(clock.compiled))
 
 
@@ -108,6 +118,7 @@ def run_and_store(
     on_stage: Listener | None = None,
     watch: Watch | None = None,
     contain: bool = False,
+    draw_beside: bool = False,
 ) -> TrialResult:
     """Run one trial and write its folder: configuration, result, log and pictures.
 
@@ -117,6 +128,8 @@ def run_and_store(
         on_stage: Called with each stage's name and seconds.
         watch: Is told, as the trial goes on, what it is at.
         contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
+        draw_beside: Draw the pictures in a process beside this one, if there is a core for it. They are the
+            same; it spares a process that runs one trial from loading Matplotlib and from waiting.
 
     Returns:
         The content of ``result.json``; status "failed" with the reason when the trial could not be
@@ -134,7 +147,12 @@ def run_and_store(
                 log.attach(CONFIG_FILE, text)
                 log.metadata("trial", {"trial_id": config.trial_id, "schema": SCHEMA_VERSION})
                 result = run_trial(
-                    config, log=log, picture_dir=folder, on_stage=_logged(log, on_stage), watch=watch
+                    config,
+                    log=log,
+                    picture_dir=folder,
+                    on_stage=_logged(log, on_stage),
+                    watch=watch,
+                    draw_beside=draw_beside,
                 )
         except Exception as error:
             if isinstance(error, OSError) and error.errno in NO_ROOM:
