@@ -74,13 +74,17 @@ def evaluate(
     config_dir: ConfigDir = None,
 ) -> None:
     """Judge grasps of any planner: close the real hand, measure, and try them in physics by protocols."""
-    from graspbench.cli.printing import print_json
-    from graspbench.cli.ticker import Saying
     from graspbench.errors import ConfigurationError
-    from graspbench.experiment import EvaluateOptions, evaluate_file, evaluate_results
+    from graspbench.experiment.evaluation_start import start_evaluation_workers
 
     if not object_name and not grasps.is_dir():
         raise ConfigurationError("no object is given", remedy="say --object NAME, or --object FILE of a mesh")
+    if jobs:
+        start_evaluation_workers()
+    from graspbench.cli.printing import print_json  # only now, since these take long to load
+    from graspbench.cli.ticker import Saying
+    from graspbench.experiment import EvaluateOptions, evaluate_file, evaluate_results
+
     options = EvaluateOptions(
         hand=hand,
         object=object_name,

@@ -13,6 +13,7 @@ from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import SimulationError
 from graspbench.evaluation.grasp_record import GraspRecord
 from graspbench.evaluation.judge import Judge, Judgement
+from graspbench.experiment.evaluation_start import start_evaluation_workers
 from graspbench.geometry import ObjectParameters, load_object
 from graspbench.grasp import QualityParameters
 from graspbench.hand import HandParameters, load_hand
@@ -84,16 +85,21 @@ def evaluated_portions(work: Sequence[EvaluationWork], jobs: int) -> Iterator[li
 
 
 def _in_processes(work: Sequence[EvaluationWork], jobs: int) -> Iterator[list[dict[str, Any]]]:
+    start_evaluation_workers()
     with ProcessPool(max_workers=jobs, context=get_context("forkserver")) as pool:
-        for each, future in [(each, pool.schedule(evaluate_work, args=(each,))) for each in work]:
-            try:
-                yield future.result()
-            except ProcessExpired as error:
-                reason = f"the process ended with code {error.exitcode}"
-                yield [
-                    _row(i, record, None, reason)
-                    for i, record in zip(each.numbers, each.records, strict=True)
-                ]
+        try:
+            for each, future in [(each, pool.schedule(evaluate_work, args=(each,))) for each in work]:
+                try:
+                    yield future.result()
+                except ProcessExpired as error:
+                    reason = f"the process ended with code {error.exitcode}"
+                    yield [
+                        _row(i, record, None, reason)
+                        for i, record in zip(each.numbers, each.records, strict=True)
+                    ]
+        except BaseException:  # workers do not hear Ctrl-C, and would do all that is left
+            pool.stop()
+            raise
 
 
 def evaluate_work(work: EvaluationWork) -> list[dict[str, Any]]:

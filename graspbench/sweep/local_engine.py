@@ -8,17 +8,16 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from contextlib import contextmanager
-from multiprocessing import forkserver, get_context, resource_tracker
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from graspbench.errors import GraspbenchError
 from graspbench.results.store import ResultStore, is_own_file
 from graspbench.results.trial_result import Status, TrialResult
+from graspbench.sweep.forking import interrupts_blocked, start_forkserver
 from graspbench.sweep.watchdog import Watchdog
 from graspbench.sweep.worker import PRELOADED, Limits, PendingTrial, run_limited, start_worker
-from graspbench.threads import single_threaded_pools
 from graspbench.trial.runner import failed_result, fault_file
 
 _WAIT_S = 0.2
@@ -43,12 +42,11 @@ def run_local(
 
     store, waiting = ResultStore(root), deque(tasks)
     context = get_context("forkserver")  # a worker that has died is replaced within milliseconds
-    context.set_forkserver_preload([PRELOADED])
-    _start_forkserver()
+    start_forkserver(PRELOADED)
     watchdog = Watchdog(context, limits.memory_mb)
     about = (os.getpid(), watchdog.line, jobs)
     pool = ProcessPool(max_workers=jobs, context=context, initializer=start_worker, initargs=about)
-    with _interrupts_blocked():
+    with interrupts_blocked():
         _ = pool.active  # starts its threads, which start the forking process anew should it die
     running: dict[Any, PendingTrial] = {}
     try:
@@ -106,26 +104,6 @@ def _outcome(
         return _failure(task, store, "crashed", f"the trial's process ended {how}.")
     watchdog.forget(task.config.trial_id)
     return _stored(task, store) if stored else None
-
-
-def _start_forkserver() -> None:
-    """Start the process that forks workers with Ctrl-C blocked, as they inherit it.
-
-    Ctrl-C goes to the whole process group: a worker that is still loading would die of it.
-    """
-    resource_tracker.ensure_running()  # here, since its start lets Ctrl-C through again
-    with _interrupts_blocked(), single_threaded_pools():
-        forkserver.ensure_running()
-
-
-@contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C in this thread: threads and processes that it starts inherit that for good."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _defer(task: PendingTrial, waiting: deque[PendingTrial], store: ResultStore) -> None:

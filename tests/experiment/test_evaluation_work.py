@@ -1,7 +1,9 @@
 """Evaluation in portions: the same with any number of processes, and what dies harms no other."""
 
 import os
+import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 from graspbench.config.protocols import load_evaluation
@@ -42,3 +44,31 @@ def test_a_portion_whose_process_dies_harms_no_other():
     assert [row["status"] for row in first] == ["done", "done"]
     assert [row["status"] for row in lost] == ["crashed", "crashed"]
     assert "the process ended with code" in lost[0]["reason"]
+
+
+@dataclass(frozen=True)
+class Endless:
+    """A protocol that tells where it is and does not end."""
+
+    folder: str = ""
+    description: ClassVar[str] = "none"
+    unit: ClassVar[str] = "1"
+
+    def run(self, stand, record, judgement, seed):
+        (Path(self.folder) / str(os.getpid())).touch()
+        time.sleep(300.0)
+
+
+def test_workers_end_when_nobody_wants_the_rest(tmp_path):
+    config = hand_and_object("allegro", "bottle", (), None)
+    parameters = load_evaluation(["protocol=none"])
+    endless = replace(parameters, protocols={"endless": Endless(str(tmp_path))})
+    (quick,), (slow,) = (list(split_work(known()[:1], config, each, 0)) for each in (parameters, endless))
+    rows = evaluated_portions([quick, slow], 2)
+    next(rows)
+    end = time.monotonic() + 60.0
+    while not (workers := list(tmp_path.iterdir())):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    rows.close()  # as an interrupt does
+    assert not Path(f"/proc/{workers[0].name}").exists()
