@@ -12,7 +12,7 @@ from tests.small import SMALL_PICTURES
 
 QUICK = (
     "object=sphere", "experiment=quick", "surface.meridians=12", "surface.parallels=11", *SMALL_PICTURES,
-    "seed=range(0,120)",
+    "seed=range(0,30)",
 )  # fmt: skip
 
 
