@@ -3,12 +3,10 @@
 import cv2
 import pytest
 
-from tests.small import SMALL_PICTURES
-
 # Few small pictures and a coarse surface: what is asked here does not depend on them.
 CHEAP = (
-    "object=cylinder", "search.enabled=false", "record=off", "execution=contact", "surface.meridians=12",
-    "surface.parallels=10", *SMALL_PICTURES,
+    "object=cylinder", "search.enabled=false", "record=off", "execution=contact", "camera.width=160",
+    "camera.height=120", "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
 )  # fmt: skip
 
 
