@@ -14,7 +14,10 @@ def verdict(result: "TrialResult") -> str:
         if result.gait is not None:
             return f"The object is turned by {result.gait.turned_deg:.0f} deg {within}{_walked(result)}."
         played = "" if result.in_hand is None else ", and was held through it in physics"
-        return f"The object moved as asked {within}{played}."
+        slid = ""
+        if result.sliding is not None:
+            slid = f", fingertips slide over it by up to {1e3 * result.sliding.slid_max_m:.1f} mm"
+        return f"The object moved as asked {within}{slid}{played}."
     execution = result.execution
     if execution is None:
         return "A grasp was planned; nothing was executed."

@@ -78,6 +78,35 @@ def _check_gait(config: "ManipulationConfig") -> None:
         )
 
 
+def _check_sliding(config: "ManipulationConfig") -> None:
+    """Refuse contacts that can never slide on purpose."""
+    named, fingers = config.contact.sliding.fingers, config.hand.fingers
+    if not named:
+        return
+    wrong, remedy = None, f"count from 0 to {fingers - 1}"
+    if any(not 0 <= finger < fingers for finger in named):
+        wrong = f"names a finger that {fingers} fingers do not have"
+    elif len(set(named)) < len(named):
+        wrong, remedy = "names a finger twice", "name each once"
+    elif len(named) == fingers:
+        wrong, remedy = "lets all fingers slide, so that none holds the object", "leave one out"
+    elif config.contact.kind in ("frictionless", "soft_pad"):
+        wrong = f"fits no contacts of kind '{config.contact.kind}'"
+        remedy = "set contact to one of rolling, hard, soft"
+    elif config.execution.until != "off" and config.execution.control != "joint_impedance":
+        wrong = f"does not go with execution.control = {config.execution.control}"
+        remedy = "set execution.control=joint_impedance"
+    elif config.motion.gait.angle_deg != 0.0:
+        wrong, remedy = "does not go with finger gaiting", "leave motion.gait.angle_deg out"
+    if wrong is not None:
+        raise ConfigurationError(
+            f"contact.sliding.fingers = {list(named)} {wrong}",
+            remedy=remedy,
+            key="contact.sliding.fingers",
+            value=list(named),
+        )
+
+
 def check_manipulation(config: "ManipulationConfig") -> None:
     """Refuse what fits neither the hand's fingers nor the control period."""
     if config.hand.tip_shape == "link":
@@ -97,6 +126,7 @@ def check_manipulation(config: "ManipulationConfig") -> None:
                     remedy=f"count from 0 to {fingers - 1}",
                 )
     _check_gait(config)
+    _check_sliding(config)
     if config.clik.step_s > 0.1 * config.motion.duration_s:
         raise ConfigurationError(
             f"clik.step_s = {config.clik.step_s:g} is too long for {config.motion.duration_s:g} s of motion",

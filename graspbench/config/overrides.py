@@ -44,7 +44,7 @@ def parse_override(text: str, remedy: str = _HOW_TO) -> Override:
             override=text,
         )
     try:
-        return _parser().parse_override(text)
+        return _parsed(text)
     # Its grammar checks what a text looks like; a number of thousands of digits is found out by Python.
     except (HydraException, ValueError, RecursionError) as error:
         raise ConfigurationError(
@@ -66,6 +66,12 @@ def _quoted(text: str) -> str | None:
     except (HydraException, ValueError, RecursionError):
         return None
     return f"quote the value: {shlex.quote(quoted)}"
+
+
+@lru_cache(maxsize=8192)
+def _parsed(text: str) -> Override:
+    """Read an override; a sweep has each of its values in many trials. Nobody changes what is returned."""
+    return _parser().parse_override(text)
 
 
 @lru_cache(maxsize=1)

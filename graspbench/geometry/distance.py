@@ -18,9 +18,9 @@ def distances_to_mesh(points: FloatArray, mesh: trimesh.Trimesh) -> FloatArray:
         Distances, shape (n,), in the mesh's unit.
     """
     model = coal.BVHModelOBBRSS()
-    model.beginModel(len(mesh.faces), 3 * len(mesh.faces))
-    for face in np.asarray(mesh.faces):
-        model.addTriangle(*(mesh.vertices[corner] for corner in face))
+    model.beginModel(len(mesh.faces), len(mesh.vertices))
+    model.addVertices(np.asarray(mesh.vertices, dtype=np.float64))
+    model.addTriangles(np.asarray(mesh.faces, dtype=np.int64))
     model.endModel()
     probe, request = coal.Sphere(0.0), coal.DistanceRequest()
     origin, distances = coal.Transform3s.Identity(), np.empty(len(points))

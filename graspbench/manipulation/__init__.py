@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from graspbench.manipulation.manipulation_result import ManipulationResult
     from graspbench.manipulation.motion import MotionParameters, Trajectory, object_motion
     from graspbench.manipulation.secondary_task import TASKS, SecondaryTask, TaskValue, build_tasks
+    from graspbench.manipulation.sliding.sliding_check import SlidingCheck, check_sliding
+    from graspbench.manipulation.sliding.sliding_parameters import SlidingParameters
 
 _HOMES = {
     "CaseStudyParameters": "case_study",
@@ -54,6 +56,8 @@ _HOMES = {
     "ManipulationSystem": "contact_kinematics",
     "MotionParameters": "motion",
     "PriorityChange": "clik",
+    "SlidingCheck": "sliding.sliding_check",
+    "SlidingParameters": "sliding.sliding_parameters",
     "State": "contact_kinematics",
     "TASKS": "secondary_task",
     "SecondaryTask": "secondary_task",
@@ -61,6 +65,7 @@ _HOMES = {
     "Trajectory": "motion",
     "build_tasks": "secondary_task",
     "check_gait": "gaiting.gait_check",
+    "check_sliding": "sliding.sliding_check",
     "classify": "classification",
     "cylinder": "charts",
     "ellipsoid": "charts",
@@ -100,11 +105,14 @@ __all__ = [
     "MotionParameters",
     "PriorityChange",
     "SecondaryTask",
+    "SlidingCheck",
+    "SlidingParameters",
     "State",
     "TaskValue",
     "Trajectory",
     "build_tasks",
     "check_gait",
+    "check_sliding",
     "classify",
     "cylinder",
     "ellipsoid",

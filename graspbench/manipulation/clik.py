@@ -22,6 +22,8 @@ from graspbench.manipulation.transpose_gain import stable_gains
 _GAIN = 100.0
 
 Reference = Callable[[float], PoseSample]
+Lead = Callable[[float, FloatArray], FloatArray]
+"""Rates at which contacts are led, shape (n_c, 2), for a time and the contacts' variables, shape (n_c, 5)."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ class Clik:
         reference: Desired pose of the object by time.
         parameters: Method, gains, weights.
         tasks: Secondary tasks by name, in order of priority.
+        lead: How the contacts that are led run over the surface; None without such contacts.
 
     Raises:
         ConfigurationError: The hand has fewer variables than the object's motion asks for, a change of
@@ -98,7 +101,9 @@ class Clik:
         state: The configuration last asked for.
         errors: Its pose errors, one loop a finger, shape (n_c, 6).
         wanted: G^T (v_d + K e) of all contacts, shape (m,).
-        contact_rates: [xi'; theta'] of the velocity last returned, shape (n_c, 5).
+        last_velocity: z' that was last returned, shape (n_variables,).
+        led_rates: xi' of the contacts that are led, 0 for all others, shape (n_c, 2).
+        contact_rates: [xi'; theta'] of that velocity, shape (n_c, 5).
         activations: Largest activation of each task, shape (n_tasks,).
         scale: 1 / sqrt(weight) of the variables, shape (n_variables,).
         smallest_singular_value: Estimate for the scaled extended Jacobian; NaN where not needed.
@@ -110,11 +115,14 @@ class Clik:
         reference: Reference,
         parameters: ClikParameters,
         tasks: Mapping[str, SecondaryTask] | None = None,
+        *,
+        lead: Lead | None = None,
     ) -> None:
         _check(system, parameters)
         self.system, self.reference, self.parameters = system, reference, parameters
         self.tasks = dict(tasks or {})
         self.state = State(system)
+        self._lead = lead
         self._given_gains = (parameters.gain, parameters.rotation_gain)
         self._gains_are_due = parameters.method == "transpose" and None in self._given_gains
         free = system.n_variables - system.rows * system.n_contacts
@@ -128,7 +136,8 @@ class Clik:
             scale=_scale(system, parameters),
         )
         self.scale, self.errors, self.wanted = law.scale, law.errors, law.wanted
-        self.contact_rates, self._velocity = law.contact_rates, law.velocity
+        self.contact_rates, self.last_velocity = law.contact_rates, law.velocity
+        self.led_rates = law.led_rates
         self.smallest_singular_value = np.nan
         self._task_set = TaskSet(self.tasks, system)
         self._orders = _orders(self._task_set.names, parameters.priority_changes)
@@ -163,12 +172,15 @@ class Clik:
             state.contact_variables[:] = contacts
         if self._gains_are_due:
             self._choose_gains(joints, contacts)
+        if self._lead is not None:
+            self.led_rates[:] = self._lead(time_s, contacts)
         before, after, share = self._order(time_s)
         velocity = self._solve(time_s, desired, after, stage)
         if share < 1.0:  # both velocities do the main task, and so does every mixture of them
             rates = self.contact_rates.copy()
             velocity = share * velocity + (1.0 - share) * self._solve(time_s, desired, before, Stage.VELOCITY)
             self.contact_rates[:] = share * rates + (1.0 - share) * self.contact_rates
+            self.last_velocity[:] = velocity
         return velocity
 
     def _choose_gains(self, joints: FloatArray, contacts: FloatArray) -> None:
@@ -204,7 +216,7 @@ class Clik:
             self.state.refuse_singularity()
         if self._qp is not None:
             self._qp.limit(self.state, self._law, self._task_set.table, order)
-        return self._velocity.copy()
+        return self.last_velocity.copy()
 
 
 def _check(system: ManipulationSystem, parameters: ClikParameters) -> None:

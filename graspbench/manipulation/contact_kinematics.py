@@ -38,11 +38,15 @@ class Contact:
         kind: "frictionless" (slides and turns), "hard" (turns), "soft" and "soft_pad" (turn except about
             the normal), or "rolling" (a spherical tip that rolls without slip; the contact moves).
         tip_radius_m: Radius of the spherical tip around the finger frame's origin, 0 for a sharp tip.
+        slides: Whether it slides and turns all the same, with the friction of its kind.
+        led: Whether it slides on a given way, so that its coordinates are no variables.
     """
 
     chart: Chart
     kind: ContactType
     tip_radius_m: float = 0.0
+    slides: bool = False
+    led: bool = False
 
 
 class ManipulationSystem:
@@ -105,7 +109,7 @@ class ManipulationSystem:
             tip_joints=tree.tip_joints,
             paths=tree.paths(),
             chart_kinds=[c.chart.kind for c in contacts],
-            rolling=[c.kind == "rolling" for c in contacts],
+            rolling=[c.kind == "rolling" and not c.slides for c in contacts],
             xi_columns=xi,
             theta_columns=theta,
             twist_components=components,
@@ -248,7 +252,8 @@ def _columns(contacts: Sequence[Contact], n_joints: int, planar: bool) -> tuple[
     theta = np.full((len(contacts), 3), -1, dtype=np.int64)
     column = n_joints
     for i, contact in enumerate(contacts):
-        for k, free in enumerate(_FREE[contact.kind]):
+        kind = contact.kind if not contact.slides else "hard" if contact.led else "frictionless"
+        for k, free in enumerate(_FREE[kind]):
             if free and (not planar or k in (1, 2)):
                 (xi[i] if k < 2 else theta[i])[k if k < 2 else k - 2] = column
                 column += 1

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from graspbench.manipulation.contact_kinematics import ContactType
 from graspbench.manipulation.forces import ForceParameters
+from graspbench.manipulation.sliding.sliding_parameters import SlidingParameters
 
 _UNKNOWN_MASS_KG = 0.1
 
@@ -27,6 +28,9 @@ class ContactParameters:
     force_rate_hz: Annotated[float, Field(gt=0, description="How often contact forces are computed")] = 50.0
     forces: Annotated[ForceParameters, Field(description="Contact force distribution")] = field(
         default_factory=ForceParameters
+    )
+    sliding: Annotated[SlidingParameters, Field(description="Contacts that slide with friction")] = field(
+        default_factory=SlidingParameters
     )
 
     @property

@@ -1,8 +1,8 @@
 """Contact forces inside the friction cones: force closure, and their distribution along a motion."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -13,6 +13,7 @@ from graspbench.grasp.quality import QualityParameters
 from graspbench.grasp.sliding_friction import Sliding, sliding_friction
 from graspbench.grasp.soft_pad import PadParameters, limit_use
 from graspbench.manipulation.contact_kinematics import WITH_TORSION, ContactType, ManipulationSystem, State
+from graspbench.manipulation.least_forces import LeastForces
 from graspbench.manipulation.limit_surfaces import LimitSurfaces
 
 _MAX_ROUNDS = 60
@@ -123,12 +124,16 @@ class ForceDistribution:
 
     Args:
         parameters: Friction, bounds and cone edges.
+        reserve: Share of its friction that every contact keeps that does not slide.
     """
 
-    def __init__(self, parameters: ForceParameters) -> None:
+    def __init__(self, parameters: ForceParameters, reserve: float = 0.0) -> None:
         self.parameters = parameters
-        self._solver: Any = None
-        self._shape: tuple[int, int, int] = (0, 0, 0)
+        left = 1.0 - reserve
+        self._sticking = replace(
+            parameters, friction=left * parameters.friction, torsion_m=left * parameters.torsion_m
+        )
+        self._programme = LeastForces()
 
     def __call__(
         self, state: State, load: FloatArray, sliding: Mapping[int, Sliding] | None = None
@@ -177,7 +182,7 @@ class ForceDistribution:
         return np.array([*(dragged.force - normal), dragged.torque_nm])
 
     def _distribute(self, state: State, load: FloatArray, drags: Mapping[int, FloatArray]) -> ContactForces:
-        system, p = state.system, self.parameters
+        system, p = state.system, self._sticking
         frames = [contact_frame(state, i) for i in range(system.n_contacts)]
         columns: list[FloatArray] = []
         spans: list[slice] = []
@@ -204,15 +209,21 @@ class ForceDistribution:
             if c.kind == "soft_pad" and not system.planar and i not in drags
         ]
         if not pads:
-            x = self._solve(grasp, wanted, cones, highs)
-            return _collect(state, frames, spans, x, p, drags)
+            x = self._least(grasp, wanted, cones, highs)
+            return _collect(state, frames, spans, x, self.parameters, p, drags)
         surfaces = LimitSurfaces([spans[i] for i in pads], count, p.friction, p.pad)
         for _ in range(_MAX_ROUNDS):
             rows = np.vstack([cones, *surfaces.rows()])
-            x = self._solve(grasp, wanted, rows, np.append(highs, np.zeros(len(rows) - len(highs))))
+            x = self._least(grasp, wanted, rows, np.append(highs, np.zeros(len(rows) - len(highs))))
             if surfaces.contain(x):
-                return _collect(state, frames, spans, x, p, drags)
+                return _collect(state, frames, spans, x, self.parameters, p, drags)
         raise _unbalanced(wanted)
+
+    def _least(self, grasp: FloatArray, load: FloatArray, cones: FloatArray, highs: FloatArray) -> FloatArray:
+        found = self._programme(grasp, load, cones, highs)
+        if found is None:
+            raise _unbalanced(load)
+        return found
 
     def _cones(
         self, system: ManipulationSystem, spans: Sequence[slice], count: int
@@ -229,7 +240,7 @@ class ForceDistribution:
 
     def _cone(self, kind: str, size: int, planar: bool) -> list[tuple[FloatArray, float]]:
         """Rows a and bounds b of a . x <= b of one contact; x = (normal, tangential ..., torsion)."""
-        p = self.parameters
+        p = self._sticking
         unit = np.eye(size)
         rows = [(-unit[0], -p.minimum_n), (unit[0], p.maximum_n)]
         if size == 1 or (kind == "soft_pad" and not planar):
@@ -242,38 +253,6 @@ class ForceDistribution:
         if kind == "soft":
             rows += [(unit[3] - p.torsion_m * unit[0], 0.0), (-unit[3] - p.torsion_m * unit[0], 0.0)]
         return rows
-
-    def _solve(self, grasp: FloatArray, load: FloatArray, cones: FloatArray, highs: FloatArray) -> FloatArray:
-        from proxsuite import proxqp
-
-        wrench_map, wanted = grasp, load
-        # ProxQP calls problems with dependent equality rows infeasible: keep independent ones only.
-        basis, values, _ = np.linalg.svd(grasp)
-        rank = int(np.sum(values > 1e-9 * values[0]))
-        if np.abs(basis[:, rank:].T @ load).max(initial=0.0) > 1e-7 * max(float(np.abs(load).max()), 1.0):
-            raise _unbalanced(load)
-        # Forces (N) and torques (N m) differ a hundredfold; the solver needs rows of one length.
-        scaled = basis[:, :rank] / values[:rank]
-        grasp, load = scaled.T @ grasp, scaled.T @ load
-        n, lows = grasp.shape[1], np.full(len(highs), -1e20)
-        shape = (n, rank, len(highs))
-        data = (np.eye(n), np.zeros(n), grasp, load, cones, lows, highs)
-        warm = self._solver is not None and shape == self._shape
-        if not warm:
-            self._solver, self._shape = proxqp.dense.QP(*shape), shape
-            self._solver.settings.eps_abs = 1e-9
-            self._solver.settings.eps_rel = 0.0
-            self._solver.settings.max_iter = 2000
-            self._solver.init(*data)
-        else:
-            self._solver.update(*data)
-        self._solver.solve()
-        if self._solver.results.info.status != proxqp.PROXQP_SOLVED:
-            self._solver = None  # a failed solve must not warm-start the next
-            if warm:  # nor decide about this one
-                return self._solve(wrench_map, wanted, cones, highs)
-            raise _unbalanced(wanted)
-        return np.array(self._solver.results.x)
 
 
 def _unbalanced(load: FloatArray) -> ManipulationError:
@@ -298,6 +277,7 @@ def _collect(
     spans: Sequence[slice],
     x: FloatArray,
     p: ForceParameters,
+    sticking: ForceParameters,
     drags: Mapping[int, FloatArray],
 ) -> ContactForces:
     n, planar = state.system.n_contacts, state.system.planar
@@ -312,7 +292,7 @@ def _collect(
         directions = _directions(contact.kind, normal, tangents, planar)
         forces[i] = np.sum([f * direction for f, direction in zip(own, directions, strict=False)], axis=0)
         if contact.kind in WITH_TORSION and not planar:
-            torsions[i] = p.torque_unit_m(contact.kind) * own[3]
+            torsions[i] = sticking.torque_unit_m(contact.kind) * own[3]
         normals[i] = own[0]
         friction = 0.0 if contact.kind == "frictionless" else p.friction
         sideways = float(np.linalg.norm(forces[i] + own[0] * normal))
@@ -320,6 +300,6 @@ def _collect(
             torsion_m = p.pad.torsion_m(own[0], friction)
             sideways = friction * own[0] * limit_use(sideways, torsions[i], own[0], friction, torsion_m)
         margins[i] = own[0] if friction == 0.0 else friction * own[0] - sideways
-    sticking = [i for i in range(n) if i not in drags]
-    smallest = float(margins[sticking].min()) if sticking else 0.0
+    others = [i for i in range(n) if i not in drags]
+    smallest = float(margins[others].min()) if others else 0.0
     return ContactForces(forces, torsions, normals, margins, smallest)

@@ -44,6 +44,8 @@ def hold_object(
     surface: Surface | Chart | Sequence[Chart],
     kind: ContactType,
     *,
+    sliding: Sequence[int] = (),
+    led: bool = False,
     patch_radius_m: float = 0.015,
     transform_object_to_world: FloatArray | None = None,
 ) -> HeldObject:
@@ -55,6 +57,8 @@ def hold_object(
         surface: The object's reconstructed surface in the world, from which a chart is fitted around
             each contact; or one chart for all contacts, or one a contact, in the object frame.
         kind: Type of the contacts.
+        sliding: Contacts that slide over the object with the friction of this type.
+        led: Whether these do so on a given way.
         patch_radius_m: Size of the fitted charts.
         transform_object_to_world: The object's pose; by default its frame is at the grasp's centroid with the
             world's axes.
@@ -71,7 +75,10 @@ def hold_object(
     if transform_object_to_world is None:
         pose[:3, 3] = grasp.centroid
     charts = _charts(surface, grasp, pose, patch_radius_m)
-    contacts = [Contact(chart, kind, hand.tip_radius_m) for chart in charts]
+    contacts = [
+        Contact(chart, kind, hand.tip_radius_m, i in sliding, led and i in sliding)
+        for i, chart in enumerate(charts)
+    ]
     to_palm = np.linalg.inv(posture.transform_palm_to_world) @ pose
     rough = ManipulationSystem(hand_tree(hand, posture.fingers), contacts)
     touching = _contact_coordinates(charts, grasp, pose)

@@ -7,6 +7,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.manipulation.classification import GraspClass
 from graspbench.manipulation.loop import ClikHistory
+from graspbench.manipulation.sliding.sliding_history import SlidingHistory
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,7 @@ class ManipulationResult:
         torsions: Fingers' torques about the outward normals, shape (s, n_c), N m; NaN likewise.
         force_margins: Smallest margin to a friction cone's side, shape (s,), N; NaN likewise.
         pad_indentation_max_m: Deepest indentation of a soft pad; None for other contacts.
+        sliding: How the tips slide; None unless contacts slide on purpose.
     """
 
     history: ClikHistory
@@ -48,6 +50,7 @@ class ManipulationResult:
     torsions: FloatArray
     force_margins: FloatArray
     pad_indentation_max_m: float | None = field(default=None, kw_only=True)
+    sliding: SlidingHistory | None = field(default=None, kw_only=True)
 
     def summary(self) -> dict[str, float | int | bool | None]:
         """Return the figures that decide, by name."""

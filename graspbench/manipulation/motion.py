@@ -212,6 +212,16 @@ class MotionParameters:
     ] = field(default_factory=GaitParameters)
 
 
+def motion_share(parameters: MotionParameters, time_s: float) -> tuple[float, float]:
+    """Return the share of a motion's way that is behind at a time, and its rate, 1/s."""
+    there_s = 0.5 * parameters.duration_s if parameters.there_and_back else parameters.duration_s
+    share, rate, _ = quintic(time_s / there_s)
+    if parameters.there_and_back and time_s > there_s:
+        back, rate, _ = quintic(time_s / there_s - 1.0)
+        share, rate = 1.0 - back, -rate
+    return share, rate / there_s
+
+
 def object_motion(parameters: MotionParameters, position: FloatArray, rotation: FloatArray) -> Trajectory:
     """Return the trajectory of a motion from the object's present pose in the palm frame."""
     there = line(position, position + np.array(parameters.translation_m))

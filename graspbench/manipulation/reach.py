@@ -7,7 +7,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray
 from graspbench.errors import ManipulationError
-from graspbench.manipulation.clik import Clik, ClikParameters
+from graspbench.manipulation.clik import Clik, ClikParameters, Lead
 from graspbench.manipulation.held_object import HeldObject
 from graspbench.manipulation.loop import ClikHistory, simulate
 from graspbench.manipulation.motion import MotionParameters, object_motion, quintic
@@ -74,6 +74,7 @@ def follow(
     motion: MotionParameters,
     clik: ClikParameters,
     *,
+    lead: Lead | None = None,
     watch: Watch | None = None,
 ) -> tuple[Reach, ClikHistory | None]:
     """Move the object until the motion ends or cannot be followed.
@@ -85,14 +86,14 @@ def follow(
         held: Where it starts.
         motion: What the object shall do.
         clik: Inverse kinematics and secondary tasks.
+        lead: How contacts are led over the surface, see `Clik`.
         watch: Called in every period, see `simulate`.
 
     Returns:
         How far it goes, and the motion if it goes all the way.
     """
-    law = Clik(
-        held.system, object_motion(motion, held.position, held.rotation), clik, build_tasks(clik.tasks)
-    )
+    reference = object_motion(motion, held.position, held.rotation)
+    law = Clik(held.system, reference, clik, build_tasks(clik.tasks), lead=lead)
     now = 0.0
 
     def check(law: Clik, period: int) -> None:
@@ -140,20 +141,30 @@ def reachable_range(held: HeldObject, clik: ClikParameters) -> tuple[RangeEntry,
     return tuple(entries)
 
 
-def refusal(reach: Reach) -> ManipulationError:
-    """Return the error that refuses a motion, with how far the grasp can go."""
+def refusal(reach: Reach, way_m: FloatArray | None = None) -> ManipulationError:
+    """Return the error that refuses a motion, with how far the grasp can go.
+
+    Args:
+        reach: How far.
+        way_m: Way of the contacts that were to slide meanwhile, palm frame, shape (3,); None without any.
+    """
     moved = ", ".join(f"{v:.4f}" for v in reach.translation_m)
     turned = ", ".join(f"{v:.1f}" for v in reach.rotation_deg)
+    slid, other = "", "use another contact"
+    if way_m is not None:
+        other = "let other fingers slide (contact.sliding.fingers)"
+        if np.any(way_m):
+            slid = f" contact.sliding.way_m=[{', '.join(f'{v:.4f}' for v in reach.share * way_m)}]"
     if reach.share >= 1.0:
         return ManipulationError(
             f"the grasp can follow the motion there but not back: at {reach.time_s:.2f} s {reach.ended_by}",
-            remedy="set motion.there_and_back=false, or use another contact",
+            remedy=f"set motion.there_and_back=false, or {other}",
             reach=reach,
         )
     return ManipulationError(
         f"the grasp can follow only {100.0 * reach.share:.0f} % of the motion, then {reach.ended_by}",
-        remedy=f"ask for at most motion.translation_m=[{moved}] motion.rotation_deg=[{turned}], "
-        "or use another contact",
+        remedy=f"ask for at most motion.translation_m=[{moved}] motion.rotation_deg=[{turned}]{slid}, "
+        f"or {other}",
         reach=reach,
     )
 

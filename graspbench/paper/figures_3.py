@@ -128,7 +128,7 @@ def _row(config: TrialConfig, trial: PlannedTrial) -> dict[str, Any]:
 
 
 def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output: Path) -> list[Path]:
-    """Draw figures 3.3, 3.5, 3.10 and 3.11 of one trial."""
+    """Draw figures 3.10 and 3.11 of one trial, and 3.3 and 3.5 if its object has none yet."""
     from graspbench.report import draw_grasp, draw_surface_moments, pick_moments, style  # loads Matplotlib
     from graspbench.report.planning_figures import draw_travel
     from graspbench.report.station_figure import draw_stations
@@ -145,15 +145,11 @@ def _draw(config: TrialConfig, trial: PlannedTrial, row: dict[str, Any], output:
     travel, final = output / f"figure_3_10_{ending}", output / f"figure_3_11_{ending}"
     stations = output / f"figure_3_3_{trial.name}.png"
     with style.drawn_as(style.PRINT):
-        draw_stations(
-            trial.views,
-            trial.surfaces[-1],
-            stations,
-            f"Figure 3.3: stations and way of the camera, {trial.name}",
-        )
-        draw_surface_moments(
-            pick_moments(trial.surfaces), shrinking, f"Figure 3.5: preshape and reconstruction, {trial.name}"
-        )
+        if not stations.exists():  # an object is looked at alike whatever is planned on it
+            title = f"Figure 3.3: stations and way of the camera, {trial.name}"
+            draw_stations(trial.views, trial.surfaces[-1], stations, title)
+            title = f"Figure 3.5: preshape and reconstruction, {trial.name}"
+            draw_surface_moments(pick_moments(trial.surfaces), shrinking, title)
         draw_travel(trial.surfaces, plan.history, travel, f"Figure 3.10: planning, {case}")
         title = f"Figure 3.11: {case}"
         draw_grasp(trial.surfaces[-1], plan.grasp, paths, final, title=title, caption=caption)

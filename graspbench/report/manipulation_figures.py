@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.manipulation.manipulation_result import ManipulationResult
+from graspbench.manipulation.sliding.sliding_history import SlidingHistory
 from graspbench.report.style import INK, canvas, save
 
 # Colour-blind safe, and of different lightness.
@@ -65,6 +66,22 @@ def write_manipulation(result: ManipulationResult, path: Path) -> Path:
         columns[f"contact_{i}_drift_m"] = result.contact_drift_m[:, i]
     for k, name in enumerate(history.task_names):
         columns[f"activation_{name}"] = history.activations[:, k]
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
+    return path
+
+
+def write_sliding(result: ManipulationResult, sliding: SlidingHistory, path: Path) -> Path:
+    """Write forces, slip and margins of all contacts as one CSV file, a row whenever forces were computed."""
+    columns: dict[str, FloatArray] = {"time_s": result.force_times}
+    for i in range(result.forces.shape[1]):
+        for k, axis in enumerate("xyz"):
+            columns[f"force_{i}_{axis}_n"] = result.forces[:, i, k]
+        columns[f"torsion_{i}_nm"] = result.torsions[:, i]
+        columns[f"margin_{i}_n"] = sliding.margins[:, i]
+        for k, axis in enumerate("xyz"):
+            columns[f"slip_{i}_{axis}_m_s"] = sliding.slips[:, i, k]
+        columns[f"spin_{i}_rad_s"] = sliding.spins[:, i]
     table = np.column_stack(list(columns.values()))
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
     return path

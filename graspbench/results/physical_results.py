@@ -213,6 +213,29 @@ class GaitFigures(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class SlidingFigures(Part):
+    """What an independent check found of contacts that slide on purpose."""
+
+    slid_max_m: Annotated[Number, About("Longest way that a tip slides over the object, of those that shall")]
+    stuck_slip_max_m: Annotated[Number, About("Longest way that one of the other tips slides")]
+    tip_error_max_m: Annotated[Number, About("Largest distance of a fingertip from its contact")]
+    friction_angle_max_deg: Annotated[
+        Number, About("Largest angle between a sliding tip's friction and its way, both on the limit surface")
+    ]
+    surface_error_max: Annotated[
+        Number, About("Largest distance of that friction from the limit surface, share of it")
+    ]
+    reserve_min: Annotated[
+        Number, About("Smallest share of its friction that a contact keeps that does not slide")
+    ]
+    balance_error_max: Annotated[
+        Number, About("Largest component of the wrench that the forces miss, N or N m")
+    ]
+    verified: Annotated[bool, About("Whether the motion stands before the check")]
+    violations: Annotated[tuple[str, ...], About("What the check found")] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlayedResult(Part):
     """What came of an in-hand motion when it was played in physics."""
 

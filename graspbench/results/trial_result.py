@@ -24,6 +24,7 @@ from graspbench.results.physical_results import (
     ManipulationSummary,
     MovingResult,
     PlayedResult,
+    SlidingFigures,
 )
 
 Status = Literal["done", "failed", "timeout", "crashed", "unreadable"]
@@ -174,6 +175,9 @@ class TrialResult(Part):
     ] = None
     gait: Annotated[
         GaitFigures | None, About("The check of a motion by finger gaiting", empty="not by finger gaiting")
+    ] = None
+    sliding: Annotated[
+        SlidingFigures | None, About("The check of contacts that slide on purpose", empty="none slides")
     ] = None
     in_hand: Annotated[PlayedResult | None, About("The in-hand motion in physics", empty=_NOT_EXECUTED)] = (
         None

@@ -35,6 +35,14 @@ class ObjectImpedanceParameters:
         float,
         Field(ge=0, description="Time in which contact friction that no model has is made up for, s; 0: not"),
     ] = 0.009
+    following_rad_s: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="How fast the object is led to the oscillator that the felt forces drive, rad/s; "
+            "0: not",
+        ),
+    ] = 60.0
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,8 @@ _LET_GO_S, _LAND_S, _TAKE_HOLD_S = 0.25, 0.4, 0.25
 _CHANGE_S = 0.04
 """Time constant with which the forces change over from some fingers to others."""
 _MIN_HOLDING = 2
+_FELT = 3.0
+"""Times the least force that counts as a touch, a finger that slides presses at least."""
 _LANDING = 0.7
 """Share of a step after which a touch ends it."""
 
@@ -63,6 +65,10 @@ class FingerWalk:
         self._ends = np.array([span.to_s for span in self._spans])
         self._offset = self._control.rest - path.joints[0]
         self._holding = np.ones(len(fingers), dtype=np.bool_)
+        if path.sliding:
+            self._holding[list(path.sliding)] = False
+            felt_n = _FELT * stage.parameters.contact_force_n
+            self._control.stand_on(self._holding, _CHANGE_S, max(path.sliding_n, felt_n))
         self._touched = False
         self._now = self._spans[0]
         self.duration_s = float(self._ends[-1])

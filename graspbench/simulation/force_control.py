@@ -62,7 +62,7 @@ class ForceControl:
         self._renew = max(1, round(_RENEW_S / stage.time_step_s))
         self.rest = stage.hand.state()[0]
         self._on = np.arange(len(fingers))
-        self._change_s = 0.0
+        self._change_s, self._others_n = 0.0, 0.0
         self._applied: FloatArray | None = None
         self._forces = np.zeros((len(fingers), 3))
         self._pads = PadFriction(stage, fingers)
@@ -107,11 +107,11 @@ class ForceControl:
         self._points, self._normals = self._contacts()
         on = self._on
         self._balance = ForceBalance(self._points[on], self._normals[on], self._stage.friction.coulomb)
-        self._forces = np.zeros_like(self._points)
+        self._forces = self._others_n * self._normals
         self._forces[on], _ = self._balance.forces(self.mean_force_n)
         self._age = 0
 
-    def stand_on(self, holding: BoolArray, change_s: float) -> None:
+    def stand_on(self, holding: BoolArray, change_s: float, others_n: float = 0.0) -> None:
         """Grip and carry with some of the fingers only, from now on.
 
         The forces before and after balance, and so does every mixture of them on the way.
@@ -119,8 +119,9 @@ class ForceControl:
         Args:
             holding: Which contacts hold, shape (n,), two or more.
             change_s: Time constant with which forces change, from now on.
+            others_n: Normal force of the others, small beside the grip.
         """
-        self._change_s = change_s
+        self._change_s, self._others_n = change_s, others_n
         on = np.flatnonzero(holding)
         if not np.array_equal(on, self._on):
             self._on, self._left = on, None
@@ -215,7 +216,7 @@ class ForceControl:
         """
         weight = self._weight_n * upwards
         mean_n = max(reachable * self.mean_force_n, _WEAKEST_N)
-        forces = np.zeros_like(self._points)
+        forces = self._forces.copy()  # of those that hold, and of those that only press
         for _ in range(_EFFORT_ROUNDS):
             held, self._left = self._balance.forces(mean_n, weight, self._left)
             if self._left < 0.0:
@@ -226,6 +227,7 @@ class ForceControl:
             if share >= _NEARLY_ALL:
                 return needed
             mean_n *= share
+        forces = np.zeros_like(self._points)
         forces[self._on] = (_weight_sharing(self._points[self._on]) @ weight).reshape(-1, 3)
         return self._pressing + torques(forces)
 

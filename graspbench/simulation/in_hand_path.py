@@ -34,6 +34,8 @@ class InHandPath:
         transforms_object_to_palm: The object's pose, shape (t, 4, 4); any frame that is fixed to it.
         axis: What the object turns about, palm frame, shape (3,); None where that is not asked.
         steps: Steps of single fingers meanwhile, in order of time.
+        sliding: Contacts that slide over the object, so that they take no share of grip and weight.
+        sliding_n: Their normal force.
     """
 
     times: FloatArray
@@ -41,6 +43,8 @@ class InHandPath:
     transforms_object_to_palm: FloatArray
     axis: FloatArray | None = None
     steps: tuple[StepOnPath, ...] = ()
+    sliding: tuple[int, ...] = ()
+    sliding_n: float = 0.0
 
     def joints_at(self, time_s: float) -> FloatArray:
         """Return the joint positions at a time, shape (n_q,)."""

@@ -15,14 +15,16 @@ from graspbench.manipulation import (
     GaitResult,
     ManipulationResult,
     check_gait,
+    check_sliding,
     gait_object,
     manipulate_object,
 )
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
+from graspbench.manipulation.sliding.sliding_history import SlidingHistory
 from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
-from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult
+from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult, SlidingFigures
 from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.in_hand_path import InHandPath, StepOnPath
@@ -78,7 +80,10 @@ def run_in_hand(
         checked = None
         if isinstance(moved, GaitResult):
             checked = clock.run("check", lambda: _check(config, trial, contact, moved))
-        reason = f"the check of the gait: {checked.violations[0]}" if checked and checked.violations else None
+        slid = None
+        if moved.sliding is not None:
+            slid = clock.run("check", lambda: _check_sliding(config, trial, contact, moved))
+        reason = _wrong(checked, slid)
         played = None if reason else _play(config, trial, moved, clock)
         lost = None if played is None else _lost(config, played)
         if lost is not None:
@@ -93,6 +98,7 @@ def run_in_hand(
             local=local_result(trial),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             gait=checked,
+            sliding=slid,
             in_hand=None if played is None else _played_result(played, config.execution.push_slip_m),
         )
         with clock.stage("record"):
@@ -126,6 +132,23 @@ def _check(
     found = check_gait(trial.hand, trial.surfaces[-1], moved, contact, gravity=config.scene.gravity)
     figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
     return GaitFigures(turns=moved.turns, steps=len(moved.steps), verified=not found.violations, **figures)
+
+
+def _check_sliding(
+    config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters, moved: ManipulationResult
+) -> SlidingFigures:
+    """Check contacts that slide independently of their planning."""
+    found = check_sliding(trial.hand, moved, contact, gravity=config.scene.gravity)
+    figures = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
+    return SlidingFigures(verified=not found.violations, **figures)
+
+
+def _wrong(gait: GaitFigures | None, sliding: SlidingFigures | None) -> str | None:
+    """Return what an independent check found first, one clause; None if nothing."""
+    for what, checked in (("gait", gait), ("sliding contacts", sliding)):
+        if checked is not None and checked.violations:
+            return f"the check of the {what}: {checked.violations[0]}"
+    return None
 
 
 def _write_range(config: ManipulationConfig, trial: PlannedTrial, folder: Path) -> None:
@@ -190,13 +213,23 @@ def _path(moved: ManipulationResult) -> InHandPath:
     """Return a motion as physics plays it, with the steps of a gait."""
     times, poses = moved.history.times, moved.desired_transforms_object_to_palm
     if not isinstance(moved, GaitResult):
-        return InHandPath(times, moved.history.joints, poses)
+        path = InHandPath(times, moved.history.joints, poses)
+        return path if moved.sliding is None else _with_sliding(path, moved, moved.sliding)
     steps = []
     for step in moved.steps:
         at = int(np.argmin(np.abs(times - step.to_s)))
         inward = -poses[at, :3, :3] @ moved.contact_normals[at, step.contact]
         steps.append(StepOnPath(step.contact, step.from_s, step.to_s, inward))
     return InHandPath(times, moved.history.joints, poses, moved.axis, tuple(steps))
+
+
+def _with_sliding(path: InHandPath, moved: ManipulationResult, sliding: SlidingHistory) -> InHandPath:
+    """Return a path with its contacts that slide and the normal force that they have on the mean."""
+    at = np.searchsorted(path.times, moved.force_times - 1e-9)
+    rotations = path.transforms_object_to_palm[at, :3, :3]
+    normals = np.einsum("tij,tnj->tni", rotations, moved.contact_normals[at])
+    pressing = -np.einsum("tni,tni->tn", moved.forces, normals)[:, list(sliding.contacts)]
+    return dataclasses.replace(path, sliding=sliding.contacts, sliding_n=float(pressing.mean()))
 
 
 def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:
@@ -284,9 +317,12 @@ def _draw(
     from graspbench.report.manipulation_figures import (  # loads Matplotlib
         draw_manipulation,
         write_manipulation,
+        write_sliding,
     )
 
     write_manipulation(moved, folder / "histories.csv")
+    if moved.sliding is not None:
+        write_sliding(moved, moved.sliding, folder / "sliding.csv")
     if not config.record.pictures:
         return
     posture = trial.plan.grasp.posture

@@ -5,6 +5,7 @@ after an installation. Without it the first trial compiles what it needs.
 """
 
 import tempfile
+from collections.abc import Callable
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,35 +18,49 @@ _COARSE = (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from graspbench.config.trial_config import TrialConfig
     from graspbench.reconstruction.surface import Surface
 
 
 def main() -> None:
-    """Compile both halves and what else a trial takes at the same time.
+    """Compile what each part of a trial takes, all at the same time.
 
     Who needs a kernel that another one is compiling waits for it (`graspbench.kernel_cache`), so the work is
     spread evenly whatever each kernel takes.
     """
+    work_together(warm_up_planner, warm_up_search, warm_up_hand, warm_up_trial)
+
+
+def work_together(here: Callable[[], object], *beside: Callable[[], object]) -> None:
+    """Do one piece of work in this process and each other one in a process of its own; wait for all.
+
+    Raises:
+        SystemExit: One of the other processes did not end well; the message says which.
+    """
     context = get_context("spawn")
-    others = [context.Process(target=work) for work in (warm_up_hand, warm_up_trial)]
+    others = [context.Process(target=work, name=work.__name__) for work in beside]
     for other in others:
         other.start()
-    warm_up_planner()
+    here()
     for other in others:
         other.join()
+    ended = [f"{other.name} ended with {other.exitcode}" for other in others if other.exitcode]
+    if ended:
+        raise SystemExit(f"warm-up: {', '.join(ended)}")
 
 
 def warm_up_trial() -> None:
     """Compile what else a trial with pictures runs through: images, surface, paths, drawing, table."""
     from graspbench.config.trial_config import load_config
+    from graspbench.errors import TrialError
     from graspbench.results.store import ResultStore
     from graspbench.trial.runner import run_and_store
 
     config = load_config([*_COARSE, "search.enabled=false", "execution.until=contact"])
     with tempfile.TemporaryDirectory(prefix="graspbench-") as folder:
-        run_and_store(config, store := ResultStore(Path(folder)))
+        result = run_and_store(config, store := ResultStore(Path(folder)))
         store.write_table()
+        if result.status != "done":
+            raise TrialError(f"the first trial failed: {result.reason}")
 
 
 def warm_up_planner() -> None:
@@ -56,15 +71,14 @@ def warm_up_planner() -> None:
     config = load_config(["planner.candidates=1", "planner.planes=1"])
     index = make_index(config.index_name, config.index, 3, config.quality)
     plan_local([_ball()], index, None, 3, config.local_planner, config.quality)
-    warm_up_search(config)
 
 
-def warm_up_search(config: "TrialConfig") -> None:
+def warm_up_search() -> None:
     """Compile what searches all grasps of a surface, with the configured model and with the thesis'."""
     from graspbench.config.trial_config import load_config
     from graspbench.planning import SearchParameters, plan_global
 
-    for quality in (config.quality, load_config(["quality=thesis"]).quality):
+    for quality in (load_config().quality, load_config(["quality=thesis"]).quality):
         for measure in ("q1", "q3"):
             plan_global(_ball(), measure, 3, quality, SearchParameters(time_limit_s=5.0))
 

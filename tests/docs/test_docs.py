@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.conftest import cli  # noqa: F401  the real command line, in this process
+from tests.small import SMALL_TRIAL
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```(sh|python|yaml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -22,12 +23,10 @@ PAGES = sorted(
 
 # What a page says runs as it stands, but for its cost: few small pictures, a coarse surface, no simulation;
 # of a sweep, which is planned whole, the last value of each list, and of the longest the first too.
-CHEAP = (
-    "search.enabled=false", "execution=off", "camera.width=160", "camera.height=120", "camera.fx=150",
-    "camera.fy=150", "surface.meridians=12", "surface.parallels=10", "stations.outer.count=4",
-    "stations.inner.count=0", "record.pictures=false", "record.level=scores",
-)  # fmt: skip
-COSTLY = {"run", "sweep", "tune"}
+CHEAP = (*SMALL_TRIAL, "record.pictures=false", "record.level=scores")
+MOVING = ("clik.step_s=0.005", "clik.integrator=rk4")  # fewer steps of a motion in the hand
+GAIT = ("motion.gait.turn_speed_deg_s=40",)
+COSTLY = {"run", "manipulate", "sweep", "tune"}
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -52,7 +51,10 @@ def _run(line, cli):  # noqa: F811
     if arguments[0] in COSTLY and "--dry-run" not in arguments:
         chosen = {word.split("=")[0] for word in arguments}
         arguments += [word for word in CHEAP if not (word.startswith("record") and "record" in chosen)]
-        arguments += ["--jobs", "0"] if arguments[0] != "run" and "engine=slurm" not in arguments else []
+        arguments += MOVING if "motion" in chosen else ()
+        arguments += GAIT if "motion=gait" in arguments else ()
+        alone = arguments[0] in ("run", "manipulate") or "engine=slurm" in arguments
+        arguments += [] if alone else ["--jobs", "0"]
         if arguments[0] == "sweep":
             planned = cli(*arguments, "--dry-run", cwd=Path.cwd())
             assert planned.code == 0, f"{line}\n{planned.stderr[-1000:]}"

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from tests.evaluation.scene import WRITERS, dexgraspbench, known, wxyz
+from tests.small import SMALL_TRIAL
 
 ALLEGRO = ("--hand", "allegro", "--object", "bottle")
 
@@ -110,11 +111,7 @@ def test_what_cannot_be_used_is_said(arguments, words, cli, tmp_path):
     assert words in finished.stderr
 
 
-CHEAP = (
-    "search.enabled=false", "execution=off", "camera.width=160", "camera.height=120", "camera.fx=150",
-    "camera.fy=150", "surface.meridians=12", "surface.parallels=10", "stations.outer.count=4",
-    "stations.inner.count=0", "record=off",
-)  # fmt: skip
+CHEAP = (*SMALL_TRIAL, "record=off")
 
 
 @pytest.fixture(scope="module")

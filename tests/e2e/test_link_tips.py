@@ -3,6 +3,7 @@
 import pytest
 
 from tests.hand.tip_hands import BOX, tip_hand
+from tests.small import SMALL_PICTURES
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def test_it_is_checked_plans_verifies_and_holds(cli, tmp_path, conf):
     assert checked.code == 0, checked.stdout
     aspects = {row["aspect"]: row for row in checked.document["rows"]}
     assert "last links as they are (3 x box)" in aspects["touching"]["sentence"]
-    chosen = ("hand=boxes", "object=sphere", "search.enabled=false", "record=off")
+    chosen = ("hand=boxes", "object=sphere", "search.enabled=false", "record=off", *SMALL_PICTURES)
     run = cli("run", "--json", "--config-dir", conf, *chosen, "-o", tmp_path / "results")
     assert run.code == 0, run.stderr
     assert run.document["local"]["verified"]

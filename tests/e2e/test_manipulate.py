@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from graspbench.record import log_info
+from tests.small import SMALL_PICTURES
 
 SHORT = ("motion.duration_s=1", "clik.step_s=0.005", "clik.integrator=rk4")
 
@@ -90,7 +91,8 @@ def test_a_motion_is_played_in_physics(cli, tmp_path):
 
 
 def test_a_motion_out_of_reach_is_a_failed_result(cli, tmp_path):
-    far = ("object=duck", "hand=radial", "motion.translation_m=[0,0,0.3]", *SHORT, "record=off")
+    small = (*SMALL_PICTURES, "search.enabled=false", "record=off")
+    far = ("object=duck", "hand=radial", "motion.translation_m=[0,0,0.3]", *SHORT, *small)
     finished = cli("manipulate", *far, "--json", "-o", tmp_path / "r")
     assert finished.code == 1
     result = finished.document

@@ -6,6 +6,8 @@ import pandas as pd
 import trimesh
 from PIL import Image
 
+from tests.small import SMALL_TRIAL
+
 
 def test_an_object_is_shown_with_its_picture(cli, tmp_path):
     document = cli("objects", "show", "sphere", "-o", tmp_path, "--json").document
@@ -69,15 +71,15 @@ def test_meshes_of_one_file_name_are_rows_of_their_own(cli, tmp_path):
         (tmp_path / name).mkdir()
         trimesh.creation.box((0.05, 0.06, height)).export(tmp_path / name / "textured.obj")
     meshes = ",".join(str(tmp_path / name / "textured.obj") for name in ("tin", "crate"))
-    quick = ("search.enabled=false", "execution=off", "record=off", "--jobs", "0")
-    assert cli("sweep", f"object.mesh={meshes}", *quick, "-o", tmp_path / "r").code == 0
+    quick = (*SMALL_TRIAL, "record=off")
+    assert cli("sweep", f"object.mesh={meshes}", *quick, "--jobs", "0", "-o", tmp_path / "r").code == 0
     assert list(pd.read_csv(tmp_path / "r" / "trials.csv")["object.name"].sort_values()) == ["crate", "tin"]
     assert cli("report", tmp_path / "r", "--group", "object").code == 0
     groups = (tmp_path / "r" / "report" / "groups.md").read_text()
     assert "crate" in groups
     assert "tin" in groups
     mesh = f"object.mesh={tmp_path / 'tin' / 'textured.obj'}"
-    named = cli("run", mesh, "object.name=banana", *quick[:3], "-o", tmp_path / "one", "--json")
+    named = cli("run", mesh, "object.name=banana", *quick, "-o", tmp_path / "one", "--json")
     assert named.document["object"]["name"] == "banana"
 
 

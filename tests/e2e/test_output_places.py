@@ -2,7 +2,9 @@
 
 import pytest
 
-QUICK = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11")
+from tests.small import SMALL_PICTURES
+
+QUICK = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11", *SMALL_PICTURES)
 
 
 @pytest.fixture

@@ -4,12 +4,9 @@ import pytest
 
 from graspbench.errors import ConfigurationError
 from graspbench.experiment import load_config
+from tests.small import SMALL_TRIAL
 
-CHEAP = (
-    "execution=off", "search.enabled=false", "record=off", "camera.width=160", "camera.height=120",
-    "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
-    "stations.outer.count=4", "stations.inner.count=0",
-)  # fmt: skip
+CHEAP = (*SMALL_TRIAL, "record=off")
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from graspbench.cli.ending import end_on_signals, interruptible
 from graspbench.cli.live_page import LivePage
 from graspbench.cli.progress import SweepProgress
 from graspbench.results.trial_result import TrialResult
+from tests.small import SMALL_PICTURES
 
 
 def result(trial_id, status="done", reason=None):
@@ -109,7 +110,7 @@ def test_the_page_of_a_sweep_is_there_while_it_runs_and_says_so(cli, tmp_path):
         write(page, running)
         told.append((running, (tmp_path / "r/report/index.html").read_text().count('"running":null')))
 
-    grid = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11", "seed=0,1")
+    grid = ("experiment=quick", "object=sphere", *SMALL_PICTURES, "seed=0,1")
     with mock.patch.object(LivePage, "_write", spied):
         finished = cli("sweep", *grid, "--jobs", 0, "--live", "-o", tmp_path / "r")
     assert finished.code == 0, finished.stderr

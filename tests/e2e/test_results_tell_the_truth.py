@@ -11,9 +11,13 @@ import trimesh
 
 from graspbench.config.reference import configuration_reference
 from graspbench.results.columns import describe_column
+from tests.small import SHORT_EXECUTION, SMALL_PICTURES
 
-# A trial of a second: a coarse surface, no search, nothing executed.
-QUICK = ("experiment=quick", "surface.meridians=16", "surface.parallels=15", "planner.candidates=1")
+# A short trial: few small pictures, a coarse surface, no search, nothing executed.
+QUICK = (
+    "experiment=quick", "surface.meridians=16", "surface.parallels=15", "planner.candidates=1",
+    *SMALL_PICTURES,
+)  # fmt: skip
 
 
 def _timeless(part):
@@ -23,7 +27,7 @@ def _timeless(part):
 @pytest.fixture(scope="module")
 def swept(cli, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep") / "grid"
-    grid = ("object=sphere", "surface=thesis,smooth", "camera.width=320,640", "scene.yaw_deg=0,90")
+    grid = ("object=sphere", "surface=thesis,smooth", "camera.width=160,200", "scene.yaw_deg=0,90")
     finished = cli("sweep", *QUICK, *grid, "--jobs", 0, "-o", folder)
     assert finished.code == 0, finished.stderr
     return folder, pd.read_csv(folder / "trials.csv")
@@ -41,7 +45,7 @@ def test_a_trial_that_executed_nothing_is_no_success(swept, cli):
 def test_every_choice_and_override_is_a_column(swept):
     _, table = swept
     assert sorted(set(table["choice.surface"])) == ["smooth", "thesis"]
-    assert sorted(set(table["camera.width"])) == [320, 640]
+    assert sorted(set(table["camera.width"])) == [160, 200]
     assert sorted(set(table["scene.yaw_deg"])) == [0, 90]
     assert list(table.columns[:4]) == ["trial_id", "status", "reason", "success"]
     assert list(table.columns).index("camera.width") < list(table.columns).index("seed")
@@ -70,7 +74,8 @@ def test_every_column_is_in_the_dictionary(swept, cli, tmp_path):
     _, table = swept
     searched = cli(
         "run", "object=sphere", *QUICK[1:], "record=off", "search.measures=[q1,mirtich_canny]",
-        "search.refine=true", "quality.measures=[polygon_area]", "execution=shakes", "-o", tmp_path,
+        "search.refine=true", "quality.measures=[polygon_area]", "execution=shakes", *SHORT_EXECUTION,
+        "-o", tmp_path,
     )  # fmt: skip
     assert searched.code == 0, searched.stderr
     names = {*table.columns, *pd.read_csv(tmp_path / "trials.csv").columns}
@@ -126,6 +131,7 @@ def test_an_experiment_sets_every_key(cli, tmp_path, command):
     (tmp_path / "experiment").mkdir()
     text = "defaults: [override /execution: 'off', override /record: 'off', override /object: sphere]\n"
     text += "seed: 3\nsearch: {enabled: false}\nsurface: {meridians: 16, parallels: 15}\n"
+    text += "camera: {width: 160, height: 120, fx: 150, fy: 150}\nstations: {inner: {count: 0}}\n"
     (tmp_path / "experiment" / "mine.yaml").write_text(text)
     place = ("--config-dir", tmp_path) + (("-o", tmp_path / "out") if command == "run" else ())
     for word in ("+experiment=mine", "experiment=mine"):
@@ -198,6 +204,7 @@ def test_an_in_hand_motion_is_swept_like_any_trial(cli, tmp_path):
     folder = tmp_path / "r"
     finished = cli(
         "sweep", "object=sphere", "contact=hard,rolling", "motion=translate", "motion.duration_s=1",
+        "clik.step_s=0.005", "clik.integrator=rk4", "search.enabled=false", *SMALL_PICTURES,
         "object.mesh=null,missing.stl", "record=off", "--jobs", 0, "-o", folder,
     )  # fmt: skip
     assert finished.code == 1

@@ -12,6 +12,7 @@ import pytest
 import trimesh
 
 from graspbench.record import log_info
+from tests.small import SMALL_PICTURES
 
 
 def _stable(tree: Any) -> Any:
@@ -100,7 +101,8 @@ def test_bottle_with_four_fingers(cli, tmp_path):
 
 
 def test_duck_with_allegro(cli, tmp_path):
-    finished = cli("run", "object=duck", "hand=allegro", "--json", "-o", tmp_path / "r")
+    quick = ("search.enabled=false", "record=off", "execution.until=contact")
+    finished = cli("run", "object=duck", "hand=allegro", *quick, "--json", "-o", tmp_path / "r")
     assert finished.code == 0, finished.stderr
     assert finished.document["hand"]["name"] == "allegro"
     assert finished.document["execution"]["contacts_made"] >= 2
@@ -113,8 +115,10 @@ def test_own_mesh_in_millimetres_without_the_inner_ring(cli, tmp_path):
         "run",
         "object.mesh=ball.stl",
         "object.scale=0.001",
-        "stations.inner.count=0",
+        *SMALL_PICTURES,  # without the inner ring
         "index.k_cm=0",
+        "search.enabled=false",
+        "execution=off",
         "--json",
         cwd=tmp_path,
     )

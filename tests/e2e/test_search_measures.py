@@ -3,10 +3,11 @@
 import pytest
 
 from graspbench.planning.global_search import GLOBAL_MEASURES
+from tests.small import SMALL_PICTURES
 
 QUICK = (
     "object=ellipsoid", "surface.nodes=150", "planner.planes=2", "planner.candidates=1", "execution=off",
-    "record=off", "search.time_limit_s=2",
+    "record=off", "search.time_limit_s=2", *SMALL_PICTURES,
 )  # fmt: skip
 
 

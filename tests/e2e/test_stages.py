@@ -15,6 +15,7 @@ from graspbench.planning import SearchParameters, plan_global
 from graspbench.trial.clock import StageClock, Watch
 from graspbench.trial.warm_up import _ball
 from tests.geometry.bad_meshes import ball
+from tests.small import SMALL_PICTURES
 
 
 def test_a_stage_that_lasts_says_so_with_its_seconds(capfd, monkeypatch):
@@ -84,7 +85,7 @@ COMMANDS = {
 @pytest.fixture(scope="module")
 def made(cli, tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
-    trial = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11")
+    trial = ("experiment=quick", "object=sphere", *SMALL_PICTURES)
     assert cli("run", *trial, "record=scores", "-o", folder / "r").code == 0
     assert cli("export", folder / "r", "-o", folder / "grasps.jsonl").code == 0
     ball(cells=2).export(folder / "ball.stl")

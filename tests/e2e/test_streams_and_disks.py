@@ -10,8 +10,9 @@ import pandas as pd
 import pytest
 
 from graspbench.record import TrialLog
+from tests.small import SMALL_PICTURES
 
-QUICK = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11")
+QUICK = ("experiment=quick", "object=sphere", "surface.meridians=12", "surface.parallels=11", *SMALL_PICTURES)
 
 
 def shell(command, **environment):

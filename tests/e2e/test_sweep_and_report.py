@@ -3,11 +3,13 @@
 import pandas as pd
 import pytest
 
+from tests.small import SMALL_PICTURES
+
 
 @pytest.fixture(scope="module")
 def swept(cli, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep") / "grid"
-    quick = ("record=off", "execution=off", "search.measures=[q1]", "search.refine=false")
+    quick = ("record=off", "execution=off", "search.measures=[q1]", "search.refine=false", *SMALL_PICTURES)
     arguments = ("sweep", "object=teddy,bottle", "index.k_cm=0,1", *quick, "-o", folder)
     return cli(*arguments), folder, arguments
 
@@ -54,7 +56,13 @@ def test_report_in_three_formats(swept, cli):
 
 def test_one_failing_trial_leaves_the_others_alone(cli, tmp_path):
     folder = tmp_path / "r"
-    grid = ("object=cylinder", "object.mesh=null,missing.stl", "experiment=quick", "record=off")
+    grid = (
+        "object=cylinder",
+        "object.mesh=null,missing.stl",
+        "experiment=quick",
+        "record=off",
+        *SMALL_PICTURES,
+    )
     finished = cli("sweep", *grid, "-o", folder, "--jobs", "0")
     assert finished.code == 1
     table = pd.read_csv(folder / "trials.csv").set_index("status")

@@ -9,11 +9,9 @@ from graspbench.paper.physical import success_rows
 from graspbench.results.physical_results import ExecutedResult
 from graspbench.results.trial_result import ObjectResult, TrialResult
 from tests.e2e.conftest import cli  # noqa: F401  the real command line, in this process
+from tests.small import SMALL_PICTURES
 
-CHEAP = (
-    "execution=contact", "camera.width=160", "camera.height=120", "camera.fx=150", "camera.fy=150",
-    "surface.meridians=12", "surface.parallels=10", "stations.outer.count=4", "stations.inner.count=0",
-)  # fmt: skip
+CHEAP = ("execution=contact", "surface.meridians=12", "surface.parallels=10", *SMALL_PICTURES)
 
 
 def trial(name, success=None, push=None, reason=None):

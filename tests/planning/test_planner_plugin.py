@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.small import SMALL_TRIAL
+
 PLUG_IN = Path(__file__).parent / "plug_in"
 ROOT = Path(__file__).parents[2]
 
@@ -28,7 +30,7 @@ def test_a_planner_from_outside_is_an_option_with_its_own_parameters():
 
 
 def test_a_trial_is_planned_by_it_and_says_so(tmp_path):
-    options = ("object=cylinder", "execution=off", "search.enabled=false", "record=off")
+    options = ("object=cylinder", *SMALL_TRIAL, "record=off")
     done = graspbench("run", *options, "planner=ring", "-o", tmp_path / "r", "--json")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)

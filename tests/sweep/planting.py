@@ -6,6 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.small import SMALL_TRIAL
+
 MODULE = """
 import ctypes
 import os
@@ -51,12 +53,7 @@ class Planted:
         return 0.0
 """
 
-# Few small pictures, a coarse surface, no search, no execution: a third of a second.
-SMALL = (
-    "index=planted", "record=off", "search.enabled=false", "execution=off", "camera.width=160",
-    "camera.height=120", "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
-    "stations.outer.count=4", "stations.inner.count=0", "object=teddy",
-)  # fmt: skip
+SMALL = ("index=planted", "object=teddy", *SMALL_TRIAL, "record=off")
 
 
 def install(folder: Path) -> Path:

@@ -8,8 +8,11 @@ import time
 
 import pytest
 
+from tests.small import SMALL_PICTURES
+
 QUICK = (
-    "object=sphere", "experiment=quick", "surface.meridians=12", "surface.parallels=11", "seed=range(0,30)",
+    "object=sphere", "experiment=quick", "surface.meridians=12", "surface.parallels=11", *SMALL_PICTURES,
+    "seed=range(0,30)",
 )  # fmt: skip
 
 

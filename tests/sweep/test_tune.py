@@ -6,12 +6,9 @@ from graspbench.errors import ConfigurationError
 from graspbench.results.store import ResultStore
 from graspbench.sweep.grid import SweepOptions
 from graspbench.sweep.tune import Axis, TuneOptions, run_tuning, split_axes
+from tests.small import SMALL_TRIAL
 
-SMALL = [
-    "search.enabled=false", "execution=off", "record=off", "camera.width=160", "camera.height=120",
-    "camera.fx=150", "camera.fy=150", "surface.meridians=12", "surface.parallels=10",
-    "stations.outer.count=4", "stations.inner.count=0",
-]  # fmt: skip
+SMALL = [*SMALL_TRIAL, "record=off"]
 
 
 def test_intervals_are_told_from_the_grid():

@@ -7,7 +7,7 @@ import numpy as np
 
 from graspbench.arrays import FloatArray, IntArray
 from graspbench.compiled import compiled, inner
-from graspbench.manipulation.compiled.extended_fingers import evaluate
+from graspbench.manipulation.compiled.extended_fingers import evaluate, riding
 from graspbench.manipulation.compiled.projection import (
     damping_factor,
     factorise,
@@ -142,8 +142,24 @@ def _contact_twists(system: SystemArrays, state: StateArrays, law: LawArrays, de
             b, c = (a + 1) % 3, (a + 2) % 3
             moved[a] = wanted[a] + wanted[3 + b] * levers[i, c] - wanted[3 + c] * levers[i, b]
             moved[3 + a] = wanted[3 + a]
+        for k in range(2):
+            led = share * law.led_rates[i, k]
+            if led != 0.0:
+                _add_led(system, state, i, k, led, moved)
         for r in range(rows):
             out[i * rows + r] = moved[components[r]]
+
+
+@inner
+def _add_led(
+    system: SystemArrays, state: StateArrays, i: int, k: int, rate: float, moved: FloatArray
+) -> None:
+    """Add how finger and ball joint move for a contact coordinate that is led at a rate."""
+    along, rotation, spin = riding(system, state, i, k), state.object_rotations[i], state.surface_spins[i]
+    for a in range(3):
+        for b in range(3):
+            moved[a] += rotation[a, b] * along[b] * rate
+            moved[3 + a] += rotation[a, b] * spin[b, k] * rate
 
 
 @inner
@@ -153,7 +169,7 @@ def contact_rates(system: SystemArrays, state: StateArrays, law: LawArrays) -> N
     velocity, out = law.velocity, law.contact_rates
     for i in range(len(out)):
         for k in range(2):
-            total = 0.0
+            total = law.led_rates[i, k]
             for v in range(len(velocity)):
                 total += xi_jacobians[i, k, v] * velocity[v]
             out[i, k] = total

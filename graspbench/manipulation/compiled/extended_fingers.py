@@ -94,20 +94,30 @@ def _add_finger(system: SystemArrays, state: StateArrays, i: int, turning: Float
 
 
 @inner
+def riding(system: SystemArrays, state: StateArrays, i: int, k: int) -> tuple[float, float, float]:
+    """Return how the tip's centre moves per unit of a contact coordinate, object frame.
+
+    It rides on the surface offset by its radius, whose tangents are c_xi + r n_xi.
+    """
+    tangents, normal, spin = state.surface_tangents[i], state.surface_normals[i], state.surface_spins[i]
+    radius = system.tip_radii[i]
+    x = tangents[0, k] + radius * (spin[1, k] * normal[2] - spin[2, k] * normal[1])
+    y = tangents[1, k] + radius * (spin[2, k] * normal[0] - spin[0, k] * normal[2])
+    z = tangents[2, k] + radius * (spin[0, k] * normal[1] - spin[1, k] * normal[0])
+    return x, y, z
+
+
+@inner
 def _subtract_contact(system: SystemArrays, state: StateArrays, i: int, k: int) -> None:
     """Subtract J_xi's column k, times its coordinate's rates, from a contact's rows."""
-    tangents, normal, spin = state.surface_tangents[i], state.surface_normals[i], state.surface_spins[i]
-    rotation, rates, block = state.object_rotations[i], state.xi_jacobians[i], _rows_of(system, state, i)
+    spin, rotation = state.surface_spins[i], state.object_rotations[i]
+    rates, block = state.xi_jacobians[i], _rows_of(system, state, i)
     components, xi_columns, theta_columns = (
         system.twist_components,
         system.xi_columns[i],
         system.theta_columns[i],
     )
-    radius = system.tip_radii[i]
-    # the tip rides on the surface offset by its radius, whose tangents are c_xi + r n_xi
-    x = tangents[0, k] + radius * (spin[1, k] * normal[2] - spin[2, k] * normal[1])
-    y = tangents[1, k] + radius * (spin[2, k] * normal[0] - spin[0, k] * normal[2])
-    z = tangents[2, k] + radius * (spin[0, k] * normal[1] - spin[1, k] * normal[0])
+    x, y, z = riding(system, state, i, k)
     for v in range(5):
         variable = xi_columns[v] if v < 2 else theta_columns[v - 2]
         if variable < 0 or rates[k, variable] == 0.0:

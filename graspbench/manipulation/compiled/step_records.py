@@ -118,6 +118,7 @@ class LawArrays(Record):
         errors: Pose errors, one loop a finger.
         wanted: G^T (v_d + K e), contacts stacked.
         velocity: z'.
+        led_rates: xi' of contacts that are led over the surface; 0 for all others.
         contact_rates: [xi'; theta'].
         factors: LQ factors of Jt, group by group.
         heads: Heads of their reflectors.
@@ -136,6 +137,7 @@ class LawArrays(Record):
     errors: Annotated[FloatArray, "contacts", 6]
     wanted: Annotated[FloatArray, "stacked_rows"]
     velocity: Annotated[FloatArray, "variables"]
+    led_rates: Annotated[FloatArray, "contacts", 2]
     contact_rates: Annotated[FloatArray, "contacts", 5]
     factors: Annotated[FloatArray, "stacked_rows", "variables"]
     heads: Annotated[FloatArray, "stacked_rows"]

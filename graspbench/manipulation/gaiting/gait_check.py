@@ -7,7 +7,6 @@ overlaps, and the recorded forces are put into the equations of balance and fric
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio
 import trimesh
 
 from graspbench.arrays import FloatArray
@@ -15,6 +14,7 @@ from graspbench.hand import HandModel, HandPosture
 from graspbench.hand.verification import verify_posture
 from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.gaiting.gait_result import GaitResult
+from graspbench.manipulation.tip_tracking import slid_m, tip_poses
 from graspbench.reconstruction.surface import Surface
 
 POSITION_TOLERANCE_M = 1e-4
@@ -77,7 +77,7 @@ def check_gait(
         contact: Contact type and forces.
         gravity: m/s^2.
     """
-    tips, rotations = _tip_poses(hand, result)
+    tips, rotations = tip_poses(hand, result.fingers, result.history.joints)
     poses = result.desired_transforms_object_to_palm
     reached, tip_error = _object_poses(hand, result, tips)
     away = np.linalg.norm(reached[:, :3, 3] - poses[:, :3, 3], axis=1)
@@ -115,23 +115,6 @@ def check_gait(
 
 def _beyond(clause: str, value: float, limit: float) -> list[str]:
     return [] if value <= limit else [clause.format(value)]
-
-
-def _tip_poses(hand: HandModel, result: GaitResult) -> tuple[FloatArray, FloatArray]:
-    """Return centres and orientations of the contacts' tips, palm frame, (t, n_c, 3), (t, n_c, 3, 3)."""
-    model, data = hand.model, hand.model.createData()
-    to_palm = np.linalg.inv(hand.transform_palm_to_root)
-    frames = [model.getFrameId(hand.tip_links[finger]) for finger in result.fingers]
-    joints = result.history.joints
-    tips = np.empty((len(joints), len(frames), 3))
-    rotations = np.empty((len(joints), len(frames), 3, 3))
-    for k, q in enumerate(joints):
-        pinocchio.forwardKinematics(model, data, q)
-        for i, frame in enumerate(frames):
-            placement = pinocchio.updateFramePlacement(model, data, frame)
-            tips[k, i] = to_palm[:3, :3] @ placement.translation + to_palm[:3, 3]
-            rotations[k, i] = to_palm[:3, :3] @ placement.rotation
-    return tips, rotations
 
 
 def _object_poses(hand: HandModel, result: GaitResult, tips: FloatArray) -> tuple[FloatArray, float]:
@@ -178,29 +161,12 @@ def _turned_deg(reached: FloatArray, result: GaitResult) -> float:
 
 
 def _slip_m(result: GaitResult, tips: FloatArray, rotations: FloatArray) -> float:
-    """Return the longest way that the surface of a tip slides over the object's in one stand.
-
-    From sample to sample, what touches moves with the tip and with the object; the mean of where it is seen
-    to go from the sample's start and from its end has an error of third order.
-    """
+    """Return the longest way that the surface of a tip slides over the object's in one stand."""
     poses = result.desired_transforms_object_to_palm
     longest = 0.0
     for i in range(tips.shape[1]):
         on = result.touching[:, i]
-        local = result.contact_points[:, i]
-        places = np.einsum("tij,tj->ti", poses[:, :3, :3], local) + poses[:, :3, 3]
-        own = np.einsum("tji,tj->ti", rotations[:, i], places - tips[:, i])
-
-        def moved(
-            a: slice, b: slice, own: FloatArray = own, local: FloatArray = local, i: int = i
-        ) -> FloatArray:
-            by_tip = np.einsum("tij,tj->ti", rotations[b, i], own[a]) + tips[b, i]
-            by_object = np.einsum("tij,tj->ti", poses[b, :3, :3], local[a]) + poses[b, :3, 3]
-            out: FloatArray = by_tip - by_object
-            return out
-
-        first, second = slice(None, -1), slice(1, None)
-        slid = np.linalg.norm(0.5 * (moved(first, second) - moved(second, first)), axis=1)
+        slid = np.linalg.norm(slid_m(result.contact_points[:, i], tips[:, i], rotations[:, i], poses), axis=1)
         total = 0.0
         for k in range(len(slid)):
             total = total + slid[k] if on[k] and on[k + 1] else 0.0

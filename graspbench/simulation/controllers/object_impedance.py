@@ -8,6 +8,7 @@ import numpy as np
 from graspbench.arrays import FloatArray
 from graspbench.simulation.controllers.grasp_dynamics import GraspState
 from graspbench.simulation.controllers.object_level import LinearizedControl, Wanted
+from graspbench.simulation.controllers.reference_oscillator import ReferenceOscillator
 from graspbench.simulation.controllers.second_order import SecondOrder
 from graspbench.simulation.controllers.wrench_observer import WrenchObserver
 from graspbench.simulation.stage import Stage
@@ -19,7 +20,8 @@ class ObjectImpedance(LinearizedControl):
 
     Pushes are felt by what the object's motion needs beyond the fingertips' forces. The torques by which
     contacts resist turning and rolling are in no model, and would leave the object up to a fifth of a small
-    step short of its goal; an observer makes up for them.
+    step short of its goal; an observer makes up for them. What it is late for, a reference takes back: the
+    object is led to where the oscillator would be by the felt forces.
     """
 
     def __init__(self, stage: Stage, fingers: tuple[int, ...], touches: Sequence[Touch]) -> None:
@@ -35,16 +37,24 @@ class ObjectImpedance(LinearizedControl):
         )
         self._observer = WrenchObserver(stage.time_step_s, p.observer_time_s)
         self._external = np.zeros(6)
+        self._reference = ReferenceOscillator(self._shift, p.following_rad_s, stage.time_step_s)
+        self._follows = p.feels_wrench and p.following_rad_s > 0.0
+
+    def displace(self, offset_m: FloatArray) -> None:
+        """Move the object's goal at once, palm axes, shape (3,)."""
+        super().displace(offset_m)
+        self._reference.displace(-self._stage.hand.palm_pose()[:3, :3] @ offset_m)
 
     def memory(self) -> Any:
         """Return what `recall` takes to return to the present."""
-        return super().memory(), self._observer.memory(), self._external
+        return super().memory(), self._observer.memory(), self._external, self._reference.memory()
 
     def recall(self, memory: Any) -> None:
         """Return to a time before."""
-        own, observed, self._external = memory
+        own, observed, self._external, reference = memory
         super().recall(own)
         self._observer.recall(observed)
+        self._reference.recall(reference)
 
     def _law(self, error: FloatArray, rate: FloatArray, state: GraspState) -> Wanted:
         felt = self._stage.hand.force_on_object(state.pose[:3, 3])
@@ -55,7 +65,8 @@ class ObjectImpedance(LinearizedControl):
         change = self._external - counted_on
         speed = np.linalg.solve(state.inertia_with_fingers(), change)[:3] - change[:3] / self._mass_kg
         gained = np.asarray(self._dt * speed, dtype=np.float64)
-        shift = self._shift.acceleration(error[:3], rate[:3] - gained, self._external[:3])
+        law = self._reference if self._follows else self._shift
+        shift = law.acceleration(error[:3], rate[:3] - gained, self._external[:3])
         acceleration = np.concatenate(
             (
                 shift - gained / self._dt,

@@ -26,9 +26,11 @@ class SecondOrder:
     def __init__(self, mass: float, damping: float, stiffness: float, time_step_s: float) -> None:
         self._dt, self._stiffness = time_step_s, stiffness
         discriminant = cmath.sqrt(damping * damping - 4.0 * mass * stiffness)
-        first, second = ((-damping + sign * discriminant) / (2.0 * mass) for sign in (1.0, -1.0))
-        self._trace = (cmath.exp(first * time_step_s) + cmath.exp(second * time_step_s)).real
+        slow, fast = ((-damping + sign * discriminant) / (2.0 * mass) for sign in (1.0, -1.0))
+        self._trace = (cmath.exp(slow * time_step_s) + cmath.exp(fast * time_step_s)).real
         self._determinant = math.exp(-damping / mass * time_step_s)
+        first = 1.0 - step_response(np.array([time_step_s]), mass, damping, stiffness)[0]
+        self._rest_rate = float(1.0 - (self._trace - first) / self._determinant) / time_step_s
 
     def acceleration(self, offset: FloatArray, rate: FloatArray, force: FloatArray) -> FloatArray:
         """Return the acceleration for the next step, shape (n,).
@@ -38,10 +40,21 @@ class SecondOrder:
             rate: How fast it moved in the step before, shape (n,).
             force: On the body, shape (n,).
         """
-        away = offset - force / self._stiffness
+        away = offset - self.relaxed(force)
         following = self._trace * away - self._determinant * (away - self._dt * rate)
         acceleration: FloatArray = (following - away - self._dt * rate) / self._dt**2
         return acceleration
+
+    def rate_at_rest(self, offset: FloatArray) -> FloatArray:
+        """Return the rate in the step before of a body that now stands still at an offset, shape (n,).
+
+        The exact solution goes on backwards from there; a body that did not move before is half a step ahead.
+        """
+        return self._rest_rate * offset
+
+    def relaxed(self, force: FloatArray) -> FloatArray:
+        """Return the offset at which the spring bears a force, shape (n,)."""
+        return force / self._stiffness
 
 
 def step_response(times_s: FloatArray, mass: float, damping: float, stiffness: float) -> FloatArray:

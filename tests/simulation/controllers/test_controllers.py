@@ -33,7 +33,7 @@ def test_object_impedance_is_the_oscillator_it_is_told_to_be(hand, name):
     result = run(hand, name, control="object_impedance", step_m=0.003, step_force_n=0.8)
     assert result.success, result.reason
     for kind in ("goal", "force"):
-        assert result.steps[kind].error < 0.05
+        assert result.steps[kind].error < 0.03
         assert result.steps[kind].end == pytest.approx(1.0, abs=0.04)
 
 
