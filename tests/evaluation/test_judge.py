@@ -120,3 +120,15 @@ def test_grasps_do_not_depend_on_their_company():
     together = judge.judge(known())[1]
     np.testing.assert_array_equal(alone.contacts.points, together.contacts.points)
     assert alone.measures == pytest.approx(together.measures, rel=1e-9, nan_ok=True)
+
+
+def test_shapes_that_are_passed_over_change_nothing(monkeypatch):
+    place = setting()
+    judge = Judge(place.hand, place.object_model)
+    quick = judge.judge(known())
+    monkeypatch.setattr("graspbench.evaluation.closing._SURE_M", np.inf)  # each is looked at in each step
+    for mine, careful in zip(quick, judge.judge(known()), strict=True):
+        assert mine.fingers == careful.fingers
+        assert np.array_equal(mine.closed.joints, careful.closed.joints)
+        assert np.array_equal(mine.contacts.points, careful.contacts.points)
+        assert np.array_equal(mine.contacts.normals, careful.contacts.normals)
