@@ -3,7 +3,7 @@
 import sys
 
 from graspbench.cli.ending import end_on_signals
-from graspbench.loading import load_quickly
+from graspbench.loading import leave_quickly, load_quickly
 
 
 def main() -> None:
@@ -17,3 +17,5 @@ def main() -> None:
     except KeyboardInterrupt:
         print("graspbench: interrupted.", file=sys.stderr)
         sys.exit(130)
+    finally:
+        leave_quickly()

@@ -17,6 +17,9 @@ _COARSE = (
     "planner.planes=2",
 )  # fmt: skip
 
+_TIME_LIMIT_S = 600.0
+"""Of searches that take a second once they are compiled; compiling counts, and must come to its end."""
+
 if TYPE_CHECKING:
     from graspbench.reconstruction.surface import Surface
 
@@ -80,7 +83,7 @@ def warm_up_search() -> None:
 
     for quality in (load_config().quality, load_config(["quality=thesis"]).quality):
         for measure in ("q1", "q3"):
-            plan_global(_ball(), measure, 3, quality, SearchParameters(time_limit_s=5.0))
+            plan_global(_ball(), measure, 3, quality, SearchParameters(time_limit_s=_TIME_LIMIT_S))
 
 
 def warm_up_hand() -> None:
