@@ -12,8 +12,8 @@ from types import FrameType
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _AGAIN_S = 0.05
 
-# Set by a signal, since its exception may be lost: a library may catch everything.
-_asked = threading.Event()
+# Signals that came, since their exception may be lost: a library may catch everything.
+_asked: list[signal.Signals] = []
 
 
 def end_on_signals() -> None:
@@ -52,7 +52,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     ignored = {each for each in _SIGNALS if signal.getsignal(each) is signal.SIG_IGN} - {signal.SIGINT}
     before = {each: signal.signal(each, interrupt) for each in _SIGNALS if each not in ignored}
     try:
-        if _asked.is_set():
+        if _asked:
             _asked.clear()  # it need not come again
             raise KeyboardInterrupt
         yield
@@ -62,28 +62,28 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    _asked.set()
+    _asked.append(signal.Signals(number))
     if not _is_loading(frame):
         raise KeyboardInterrupt
-    _come_again(signal.Signals(number))
+    _come_again()
 
 
 def _unraisable(hook: Callable[["sys.UnraisableHookArgs"], object], lost: "sys.UnraisableHookArgs") -> None:
-    if _asked.is_set() and issubclass(lost.exc_type, KeyboardInterrupt):
-        _come_again(signal.SIGINT)
+    if _asked and issubclass(lost.exc_type, KeyboardInterrupt):
+        _come_again()
     else:
         hook(lost)
 
 
-def _come_again(number: signal.Signals) -> None:
-    again = threading.Timer(_AGAIN_S, _ask_again, (number,))
+def _come_again() -> None:
+    again = threading.Timer(_AGAIN_S, _ask_again)
     again.daemon = True
     again.start()
 
 
-def _ask_again(number: signal.Signals) -> None:
-    if _asked.is_set():
-        _thread.interrupt_main(number)
+def _ask_again() -> None:
+    if _asked:
+        _thread.interrupt_main(_asked[-1])  # the same one: others may be ignored
 
 
 def _is_loading(frame: FrameType | None) -> bool:

@@ -72,10 +72,13 @@ def lose_it_and_wait():
     time.sleep(5)
 
 
-def test_a_signal_where_nothing_can_be_raised_comes_again_and_prints_nothing(monkeypatch):
+@pytest.mark.parametrize("in_the_background", [False, True])
+def test_a_signal_where_nothing_can_be_raised_comes_again_and_prints_nothing(monkeypatch, in_the_background):
     told = []
     monkeypatch.setattr("sys.unraisablehook", lambda lost: told.append(lost.exc_type))
     before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    # Ctrl-C is ignored in a shell's background
+    signal.signal(signal.SIGINT, signal.SIG_IGN if in_the_background else signal.default_int_handler)
     end_on_signals()
     try:
         with pytest.raises(KeyboardInterrupt):
