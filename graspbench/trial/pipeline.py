@@ -78,56 +78,52 @@ def run_grasp(
         InputError: What the configuration names cannot be used.
         TrialError: The trial failed on its way; the message says where and why.
     """
+    with _drawing(beside, folder):
+        evidence = Evidence()
+        with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
+            trial = strengthened(config, trial, clock)
+            with clock.stage("record"):
+                _record_plan(log, trial)
+            restarted = _restart(config, trial, clock)
+            refined = _refine(config, trial, restarted, clock)
+            best = _plan_global(config, trial, restarted, refined, clock)
+            if trial.scene is not None:
+                shift_unseen(trial.scene.world, config.scene, config.seed)
+            trial = explored(config, trial, best, clock)
+            way = way_to_grasp(config, trial, clock)
+            trial = way.trial
+            with clock.stage("record"):
+                _record_paths(log, trial, best, way.paths, way.motion)
+            if folder is not None and config.record.pictures:
+                shown = planned_pictures(trial, way.paths, config.index_name, config.record)
+                beside.start("draw_planned", shown, folder / _DRAWN)
+            execution = _execute(config, way, clock)
+
+        result = clock.run(
+            "figures_of_merit", partial(_result, config, started, trial, restarted, best, refined, execution)
+        )
+        with clock.stage("record"):
+            if execution is not None:
+                if execution.explored is not None:
+                    log.felt(execution.explored.felt)
+                log.motion(trial.hand.joint_names, execution.motion)
+            log.scores(_scores(result))
+        if folder is not None and execution is not None:
+            film(config, trial, execution.motion, folder, clock)
+        if folder is not None and config.record.pictures:
+            _finish_pictures(config, trial, execution, folder, clock, beside)
+        return result
+
+
+@contextmanager
+def _drawing(beside: Beside, folder: Path | None) -> Iterator[None]:
+    """Leave no half-drawn picture behind, whatever becomes of the trial."""
     try:
-        return _grasped(config, started, log, folder, clock, beside)
+        yield
     finally:
-        beside.stop()
+        beside.stop()  # it may be writing them
         if folder is not None:
             shutil.rmtree(folder / _DRAWN, ignore_errors=True)
-
-
-def _grasped(
-    config: TrialConfig,
-    started: TrialResult,
-    log: TrialLog,
-    folder: Path | None,
-    clock: StageClock,
-    beside: Beside,
-) -> TrialResult:
-    evidence = Evidence()
-    with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
-        trial = strengthened(config, trial, clock)
-        with clock.stage("record"):
-            _record_plan(log, trial)
-        restarted = _restart(config, trial, clock)
-        refined = _refine(config, trial, restarted, clock)
-        best = _plan_global(config, trial, restarted, refined, clock)
-        if trial.scene is not None:
-            shift_unseen(trial.scene.world, config.scene, config.seed)
-        trial = explored(config, trial, best, clock)
-        way = way_to_grasp(config, trial, clock)
-        trial = way.trial
-        with clock.stage("record"):
-            _record_paths(log, trial, best, way.paths, way.motion)
-        if folder is not None and config.record.pictures:
-            shown = planned_pictures(trial, way.paths, config.index_name, config.record)
-            beside.start("draw_planned", shown, folder / _DRAWN)
-        execution = _execute(config, way, clock)
-
-    result = clock.run(
-        "figures_of_merit", partial(_result, config, started, trial, restarted, best, refined, execution)
-    )
-    with clock.stage("record"):
-        if execution is not None:
-            if execution.explored is not None:
-                log.felt(execution.explored.felt)
-            log.motion(trial.hand.joint_names, execution.motion)
-        log.scores(_scores(result))
-    if folder is not None and execution is not None:
-        film(config, trial, execution.motion, folder, clock)
-    if folder is not None and config.record.pictures:
-        _finish_pictures(config, trial, execution, folder, clock, beside)
-    return result
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from graspbench.hand.verification import verify_posture
 from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.gaiting.gait_result import GaitResult
 from graspbench.manipulation.tip_tracking import slid_m, tip_poses
+from graspbench.manipulation.violations import beyond
 from graspbench.reconstruction.surface import Surface
 
 POSITION_TOLERANCE_M = 1e-4
@@ -89,14 +90,14 @@ def check_gait(
     speeds = np.abs(np.diff(joints, axis=0)) / steps / hand.velocity_limits
     friction, missing = _forces(result, contact, gravity)
     violations = [
-        *_beyond("the object is {:.3g} mm off its path", 1e3 * away.max(), 1e3 * POSITION_TOLERANCE_M),
-        *_beyond("the object is turned {:.3g} deg off its path", turned_off.max(), ROTATION_TOLERANCE_DEG),
-        *_beyond("a tip is {:.3g} mm off its contact", 1e3 * tip_error, 1e3 * POSITION_TOLERANCE_M),
-        *_beyond("a tip slides {:.3g} mm", 1e3 * slip, 1e3 * SLIP_TOLERANCE_M),
-        *_beyond("a joint is {:.3g} deg beyond its limit", -margins.min(), np.rad2deg(_LIMIT_TOLERANCE)),
-        *_beyond("a joint is {:.3g} times as fast as it can", speeds.max(), 1.0 + 1e-6),
-        *_beyond("forces miss {:.3g} times the weight", missing, _BALANCE_TOLERANCE),
-        *_beyond("a contact's force is {:.3g} N outside its cone", -friction, _CONE_TOLERANCE_N),
+        *beyond("the object is {:.3g} mm off its path", 1e3 * away.max(), 1e3 * POSITION_TOLERANCE_M),
+        *beyond("the object is turned {:.3g} deg off its path", turned_off.max(), ROTATION_TOLERANCE_DEG),
+        *beyond("a tip is {:.3g} mm off its contact", 1e3 * tip_error, 1e3 * POSITION_TOLERANCE_M),
+        *beyond("a tip slides {:.3g} mm", 1e3 * slip, 1e3 * SLIP_TOLERANCE_M),
+        *beyond("a joint is {:.3g} deg beyond its limit", -margins.min(), np.rad2deg(_LIMIT_TOLERANCE)),
+        *beyond("a joint is {:.3g} times as fast as it can", speeds.max(), 1.0 + 1e-6),
+        *beyond("forces miss {:.3g} times the weight", missing, _BALANCE_TOLERANCE),
+        *beyond("a contact's force is {:.3g} N outside its cone", -friction, _CONE_TOLERANCE_N),
         *_overlaps(hand, surface, result, tips),
     ]
     whole = _turned_deg(reached, result)
@@ -111,10 +112,6 @@ def check_gait(
         friction_margin_min_n=float(friction),
         violations=tuple(dict.fromkeys(violations)),
     )
-
-
-def _beyond(clause: str, value: float, limit: float) -> list[str]:
-    return [] if value <= limit else [clause.format(value)]
 
 
 def _object_poses(hand: HandModel, result: GaitResult, tips: FloatArray) -> tuple[FloatArray, float]:

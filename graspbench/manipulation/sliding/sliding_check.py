@@ -15,6 +15,7 @@ from graspbench.hand import HandModel
 from graspbench.manipulation.contact_parameters import ContactParameters
 from graspbench.manipulation.manipulation_result import ManipulationResult
 from graspbench.manipulation.tip_tracking import slid_m, tip_poses
+from graspbench.manipulation.violations import beyond
 
 POSITION_TOLERANCE_M = 1e-4
 """How far a tip may be off its contact, and how far a contact that sticks may slide in all."""
@@ -95,21 +96,17 @@ def check_sliding(
     stuck = float(ways[others].max())
     wanted = contact.sliding.friction_reserve
     violations = [
-        *_beyond("a tip is {:.3g} mm off its contact", 1e3 * tip_error, 1e3 * POSITION_TOLERANCE_M),
-        *_beyond("a contact that sticks slides {:.3g} mm", 1e3 * stuck, 1e3 * POSITION_TOLERANCE_M),
-        *_beyond("friction is {:.3g} deg off the way of sliding", angle, ANGLE_TOLERANCE_DEG),
-        *_beyond("friction is {:.3g} off the limit surface", surface, SURFACE_TOLERANCE),
-        *_beyond("a contact lacks {:.3g} of the friction it is to keep", wanted - reserve, SURFACE_TOLERANCE),
-        *_beyond("forces miss the load by {:.3g}", balance, BALANCE_TOLERANCE),
+        *beyond("a tip is {:.3g} mm off its contact", 1e3 * tip_error, 1e3 * POSITION_TOLERANCE_M),
+        *beyond("a contact that sticks slides {:.3g} mm", 1e3 * stuck, 1e3 * POSITION_TOLERANCE_M),
+        *beyond("friction is {:.3g} deg off the way of sliding", angle, ANGLE_TOLERANCE_DEG),
+        *beyond("friction is {:.3g} off the limit surface", surface, SURFACE_TOLERANCE),
+        *beyond("a contact lacks {:.3g} of the friction it is to keep", wanted - reserve, SURFACE_TOLERANCE),
+        *beyond("forces miss the load by {:.3g}", balance, BALANCE_TOLERANCE),
     ]
     slid_most = float(ways[sliding].max())
     return SlidingCheck(
         slid_most, stuck, tip_error, angle, surface, reserve, balance, tuple(dict.fromkeys(violations))
     )
-
-
-def _beyond(clause: str, value: float, limit: float) -> list[str]:
-    return [] if value <= limit else [clause.format(value)]
 
 
 def _turned(rotations: FloatArray, poses: FloatArray) -> FloatArray:
