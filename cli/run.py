@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graspbench.beside import Beside
 from graspbench.cli.arguments import ConfigDir, Json, Overrides
+from graspbench.trial.drawer import drawer
 
 if TYPE_CHECKING:
     from graspbench.experiment import TrialConfig, TrialResult
@@ -40,14 +42,15 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the execution: record.video=true.")] = False,
 ) -> None:
     """Run one trial: images, reconstruction, local and global planning, execution, record."""
-    from graspbench.experiment import load_one_config, load_stored_config
+    with drawer(beside=True) as beside:  # it loads while this process loads other things
+        from graspbench.experiment import load_one_config, load_stored_config
 
-    given = [*(overrides or []), *(["record.video=true"] if video else [])]
-    config = load_one_config(given, config_dir) if stored is None else load_stored_config(stored, given)
-    run_and_show(config, output, as_json)
+        given = [*(overrides or []), *(["record.video=true"] if video else [])]
+        config = load_one_config(given, config_dir) if stored is None else load_stored_config(stored, given)
+        run_and_show(config, output, as_json, beside)
 
 
-def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
+def run_and_show(config: "TrialConfig", output: Path, as_json: bool, beside: Beside | None = None) -> None:
     """Run a trial of any kind, tell its stages and its result; exit code 1 when it is not done."""
     from graspbench.cli.printing import err, print_json, print_stage
     from graspbench.cli.stages import stage_activity
@@ -63,7 +66,7 @@ def run_and_show(config: "TrialConfig", output: Path, as_json: bool) -> None:
         print_stage(time.perf_counter() - ticker.started, stage, seconds)
 
     with Ticker(partial(stage_activity, watch)) as ticker:
-        result = run_and_store(config, store, on_stage=show_stage, watch=watch, draw_beside=True)
+        result = run_and_store(config, store, on_stage=show_stage, watch=watch, beside=beside)
     store.write_table()
     if as_json:
         print_json(result)

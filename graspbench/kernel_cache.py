@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.event import trigger_event
+from numba.core.runtime import rtsys
 from numba.core.types import Type
 
 _OWN = "graspbench"
@@ -39,7 +40,10 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return a compiled kernel, or None for who must compile it now, as nobody else does."""
-        found = super().load_overload(sig, target_context)
+        # Numba would first load all that it can compile with; what has been compiled needs the runtime alone.
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            found = self._load_overload(sig, target_context)
         if found is None and self._turn.take():
             found = super().load_overload(sig, target_context)
             if found is not None:

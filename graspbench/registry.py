@@ -1,8 +1,8 @@
 """Plug points: a thing is registered where it is written, and found by its name.
 
-A registry imports every module of its own package on first use, so a new file with a registered
-class or function is all that an addition takes. Other distributions register through the entry
-point group ``graspbench.<kind>``.
+A registry imports the modules of its own package when it is asked, so a new file with a registered class
+or function is all that an addition takes. Asked for one name, it imports the module of that name alone, if
+there is one. Other distributions register through the entry point group ``graspbench.<kind>``.
 """
 
 import importlib
@@ -53,7 +53,8 @@ class Registry(Generic[T]):
         Raises:
             ConfigurationError: There is none; the message lists the names there are.
         """
-        self._load()
+        if name not in self._items and not self._load_module_of(name):
+            self._load()
         try:
             return self._items[name]
         except KeyError:
@@ -63,6 +64,13 @@ class Registry(Generic[T]):
                 kind=self.kind,
                 name=name,
             ) from None
+
+    def _load_module_of(self, name: str) -> bool:
+        """Import the module that is called like a thing; return whether it registers that thing."""
+        package = importlib.import_module(self._package)
+        if name in {module.name for module in pkgutil.iter_modules(package.__path__)}:
+            importlib.import_module(f"{self._package}.{name}")
+        return name in self._items
 
     def _load(self) -> None:
         if self._loaded:

@@ -34,7 +34,7 @@ from graspbench.grasp.measure import MEASURES
 from graspbench.hand import HandParameters
 from graspbench.perception import CameraParameters, SilhouetteParameters, StationParameters
 from graspbench.planning import AnyPlannerParameters, PlannerParameters, SearchParameters
-from graspbench.planning.global_search import check_measure
+from graspbench.planning.search.parameters import check_measure
 from graspbench.reconstruction import SurfaceParameters
 from graspbench.record import RecordParameters
 from graspbench.simulation import SceneParameters

@@ -3,8 +3,9 @@
 Names are imported on first use, so that a command that only reads results does not load the simulator.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graspbench.lazy import loads_on_use
 
 if TYPE_CHECKING:
     from graspbench.config.compose import compose_tree
@@ -39,51 +40,51 @@ if TYPE_CHECKING:
     from graspbench.trial.runner import run_and_store, run_trial
 
 _HOMES = {
-    "EngineParameters": "config.engine",
-    "EvaluateOptions": "experiment.evaluation",
-    "Evaluation": "experiment.evaluation",
-    "LoadedResults": "results.store",
-    "ManipulationConfig": "config.trial_config",
-    "ResultStore": "results.store",
-    "SweepOptions": "sweep.grid",
-    "SweepTrial": "sweep.grid",
-    "TrialConfig": "config.trial_config",
-    "TrialResult": "results.trial_result",
-    "Watch": "trial.clock",
-    "add_arm": "experiment.arms",
-    "add_hand": "experiment.hands",
-    "check_hand": "experiment.hand_check",
-    "check_object": "experiment.objects",
-    "compose_tree": "config.compose",
-    "config_from_tree": "config.trial_config",
-    "describe_arms": "experiment.arms",
-    "describe_column": "results.columns",
-    "describe_formats": "evaluation.formats.format",
-    "describe_hands": "experiment.catalogue",
-    "describe_objects": "experiment.catalogue",
-    "evaluate_file": "experiment.evaluation",
-    "evaluate_records": "experiment.evaluation",
-    "evaluate_results": "experiment.evaluated_results",
-    "expand_sweep": "config.grid",
-    "export_results": "experiment.export",
-    "group_options": "config.groups",
-    "load_config": "config.trial_config",
-    "load_engine": "config.engine",
-    "load_manipulation_config": "config.trial_config",
-    "load_one_config": "config.trial_config",
-    "load_results": "results.store",
-    "load_stored_config": "config.trial_config",
-    "manipulation_config_from_tree": "config.trial_config",
-    "plan_sweep": "sweep.grid",
-    "repair_object": "experiment.objects",
-    "results_frame": "results.columns",
-    "run_and_store": "trial.runner",
-    "run_sweep": "sweep.grid",
-    "run_trial": "trial.runner",
-    "show_hand": "experiment.hands",
-    "show_object": "experiment.objects",
-    "split_engine": "config.engine",
-    "to_json": "results.plain",
+    "EngineParameters": ".config.engine",
+    "EvaluateOptions": "evaluation",
+    "Evaluation": "evaluation",
+    "LoadedResults": ".results.store",
+    "ManipulationConfig": ".config.trial_config",
+    "ResultStore": ".results.store",
+    "SweepOptions": ".sweep.grid",
+    "SweepTrial": ".sweep.grid",
+    "TrialConfig": ".config.trial_config",
+    "TrialResult": ".results.trial_result",
+    "Watch": ".trial.clock",
+    "add_arm": "arms",
+    "add_hand": "hands",
+    "check_hand": "hand_check",
+    "check_object": "objects",
+    "compose_tree": ".config.compose",
+    "config_from_tree": ".config.trial_config",
+    "describe_arms": "arms",
+    "describe_column": ".results.columns",
+    "describe_formats": ".evaluation.formats.format",
+    "describe_hands": "catalogue",
+    "describe_objects": "catalogue",
+    "evaluate_file": "evaluation",
+    "evaluate_records": "evaluation",
+    "evaluate_results": "evaluated_results",
+    "expand_sweep": ".config.grid",
+    "export_results": "export",
+    "group_options": ".config.groups",
+    "load_config": ".config.trial_config",
+    "load_engine": ".config.engine",
+    "load_manipulation_config": ".config.trial_config",
+    "load_one_config": ".config.trial_config",
+    "load_results": ".results.store",
+    "load_stored_config": ".config.trial_config",
+    "manipulation_config_from_tree": ".config.trial_config",
+    "plan_sweep": ".sweep.grid",
+    "repair_object": "objects",
+    "results_frame": ".results.columns",
+    "run_and_store": ".trial.runner",
+    "run_sweep": ".sweep.grid",
+    "run_trial": ".trial.runner",
+    "show_hand": "hands",
+    "show_object": "objects",
+    "split_engine": ".config.engine",
+    "to_json": ".results.plain",
 }
 
 __all__ = [
@@ -134,8 +135,4 @@ __all__ = [
     "to_json",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"graspbench.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loads_on_use(__name__, _HOMES)

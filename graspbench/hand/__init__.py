@@ -3,8 +3,7 @@
 The names below load on first use, so that reading the configuration does not load Pinocchio.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graspbench.hand.parameters import (
     CollisionShape,
@@ -14,6 +13,7 @@ from graspbench.hand.parameters import (
     PalmDescription,
 )
 from graspbench.hand.posture import HandPosture
+from graspbench.lazy import loads_on_use
 
 if TYPE_CHECKING:
     from graspbench.hand.checker import GraspChecker
@@ -36,7 +36,7 @@ __all__ = [
     "load_hand",
 ]
 
-_LAZY = {
+_HOMES = {
     "FingerSolutions": "kinematics",
     "GraspChecker": "checker",
     "HandModel": "model",
@@ -44,8 +44,4 @@ _LAZY = {
     "load_hand": "loading",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"{__name__}.{_LAZY[name]}"), name)
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+__getattr__ = loads_on_use(__name__, _HOMES)

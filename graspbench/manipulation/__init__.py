@@ -3,8 +3,9 @@
 Names are imported on first use, so that reading the configuration does not load the solvers.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graspbench.lazy import loads_on_use
 
 if TYPE_CHECKING:
     from graspbench.manipulation.case_study import CaseStudyParameters, CaseStudyResult, run_case_study
@@ -129,8 +130,4 @@ __all__ = [
     "tree_from_pinocchio",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loads_on_use(__name__, _HOMES)

@@ -3,9 +3,9 @@
 The names below load on first use, so that reading the configuration does not load the planners.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from graspbench.lazy import loads_on_use
 from graspbench.planning.index import INDICES, Index, Moves, centre_gain, centre_option, make_index
 from graspbench.planning.parameters import (
     AnyPlannerParameters,
@@ -19,7 +19,7 @@ from graspbench.planning.parameters import (
 if TYPE_CHECKING:
     from graspbench.planning.anytime import Plan, plan_with
     from graspbench.planning.approach import clear_approach
-    from graspbench.planning.global_search import GlobalResult, SearchParameters, plan_global
+    from graspbench.planning.global_search import GlobalResult, plan_global
     from graspbench.planning.grip_plane import GripGeometry, grip_geometry
     from graspbench.planning.local import LocalPlan, plan_local, plan_restarted
     from graspbench.planning.payload import payload_n
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         placed_grasp,
     )
     from graspbench.planning.refinement import RefinedGrasp, refine
+    from graspbench.planning.search.parameters import SearchParameters
     from graspbench.planning.tracking import JointPath, track
     from graspbench.planning.trajectory import FingertipPath, fingertip_paths
 
@@ -86,7 +87,7 @@ _HOMES = {
     "Planner": "planner",
     "PlanningProblem": "planner",
     "RefinedGrasp": "refinement",
-    "SearchParameters": "global_search",
+    "SearchParameters": "search.parameters",
     "clear_approach": "approach",
     "fingertip_paths": "trajectory",
     "grip_geometry": "grip_plane",
@@ -101,8 +102,4 @@ _HOMES = {
     "track": "tracking",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+__getattr__ = loads_on_use(__name__, _HOMES)

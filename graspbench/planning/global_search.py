@@ -5,19 +5,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from graspbench.errors import ConfigurationError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.planning.constraint import GraspConstraint
 from graspbench.planning.search.engine import Progress
-from graspbench.planning.search.problem import (
+from graspbench.planning.search.parameters import (
     GLOBAL_MEASURES,
-    Found,
     GlobalMeasure,
-    GlobalResult,
-    Problem,
     SearchParameters,
+    check_measure,
 )
+from graspbench.planning.search.problem import Found, GlobalResult, Problem
 from graspbench.planning.search.referee import Referee
 from graspbench.planning.search.triangle_search import outer_triangle_m2, search_triangles
 from graspbench.planning.search.wrench_search import search_wrenches
@@ -86,22 +84,3 @@ def plan_global(
     if measure == "mirtich_canny":
         return search_triangles(problem, starts, on_begin)
     return search_wrenches(problem, starts, on_begin)
-
-
-def check_measure(measure: str, n_f: int) -> None:
-    """Refuse a measure that cannot be searched for.
-
-    Raises:
-        ConfigurationError: The measure is unknown, or the number of contacts is not supported.
-    """
-    if measure not in GLOBAL_MEASURES:
-        raise ConfigurationError(
-            f"unknown measure '{measure}' for the global search",
-            remedy=f"choose from {', '.join(GLOBAL_MEASURES)}",
-        )
-    if not 2 <= n_f <= 5:
-        raise ConfigurationError(f"global search for {n_f} contacts", remedy="choose 2 to 5")
-    if measure == "mirtich_canny" and n_f != 3:
-        raise ConfigurationError(
-            f"the Mirtich-Canny criterion for {n_f} contacts", remedy="it is defined for 3 fingers"
-        )

@@ -19,6 +19,7 @@ from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
 from graspbench.planning.merit import best_first, merit_of, quality_of
+from graspbench.planning.on_surface import grasp_at
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.robustness import Robustness
 from graspbench.planning.settling import Follower, Settler, settle
@@ -308,14 +309,3 @@ def route(follower: Follower, last: Surface) -> tuple[Grasp, tuple[Grasp, ...]]:
         before = key
     grasp = grasp_at(last, follower.vertices, follower.posture)
     return grasp, (*history[:-1], grasp)
-
-
-def grasp_at(surface: Surface, vertices: IntArray, posture: HandPosture | None) -> Grasp:
-    """Return the grasp at some vertices of a surface, shape (n_f,)."""
-    return Grasp(
-        vertices=vertices,
-        points=surface.points[vertices],
-        normals=surface.normals[vertices],
-        centroid=surface.centroid,
-        posture=posture,
-    )

@@ -15,7 +15,8 @@ from graspbench.planning.concurrent import ConcurrentSurfaces, TimedSurfaces
 from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
 from graspbench.planning.initial import InitialGrasp
-from graspbench.planning.judge import Candidate, Judge, grasp_at, route
+from graspbench.planning.judge import Candidate, Judge, route
+from graspbench.planning.on_surface import grasp_at
 from graspbench.planning.parameters import PlannerParameters
 from graspbench.planning.population import Population
 from graspbench.planning.progress import PlanningStep, formed_shares

@@ -8,7 +8,7 @@ point group ``graspbench.planner``. `Planner` is all that is asked of it. The mo
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -16,13 +16,15 @@ from graspbench.errors import PlanningError
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
 from graspbench.hand.posture import HandPosture
-from graspbench.planning.constraint import HandConstraint
 from graspbench.planning.index import Index
-from graspbench.planning.judge import grasp_at
-from graspbench.planning.local import LocalPlan
+from graspbench.planning.on_surface import grasp_at
 from graspbench.planning.parameters import AnyPlannerParameters
 from graspbench.reconstruction.surface import Surface
 from graspbench.registry import Registry
+
+if TYPE_CHECKING:  # choosing a planner does not load what it plans with
+    from graspbench.planning.constraint import HandConstraint
+    from graspbench.planning.local import LocalPlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class PlanningProblem:
     """
 
     surfaces: Iterable[Surface]
-    hand: HandConstraint | None
+    hand: "HandConstraint | None"
     n_f: int
     index: Index
     quality: QualityParameters
@@ -91,7 +93,7 @@ class FoundGrasp:
     grasp: Grasp
     score: float
     history: tuple[Grasp, ...] = ()
-    details: LocalPlan | None = None
+    details: "LocalPlan | None" = None
 
 
 class Planner(Protocol):

@@ -3,9 +3,9 @@
 Names are imported on first use, so that reading the configuration does not load the log's libraries.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from graspbench.lazy import loads_on_use
 from graspbench.record.parameters import Level, RecordParameters
 
 if TYPE_CHECKING:
@@ -23,8 +23,4 @@ _HOMES = {
     "recover_log": "recover",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loads_on_use(__name__, _HOMES)

@@ -3,8 +3,9 @@
 Names are imported on first use: Matplotlib and pandas take longer to load than a trial takes to plan.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graspbench.lazy import loads_on_use
 
 if TYPE_CHECKING:
     from graspbench.report.comparison import comparison_table
@@ -40,8 +41,4 @@ __all__ = [
     "write_tables",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loads_on_use(__name__, _HOMES)

@@ -3,9 +3,9 @@
 Names are imported on first use, so that reading the scene's parameters does not load PyBullet.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from graspbench.lazy import loads_on_use
 from graspbench.simulation.execution_parameters import ExecutionParameters
 from graspbench.simulation.execution_result import ExecutionResult
 from graspbench.simulation.scene import SceneParameters
@@ -24,8 +24,4 @@ __all__ = [
 
 _HOMES = {"EyeInHand": "capture", "World": "world"}
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loads_on_use(__name__, _HOMES)

@@ -27,6 +27,7 @@ from graspbench.trial.runner import failed_result
 
 JOBS_FOLDER = ".jobs"
 _TERMINATED = 128 + signal.SIGTERM
+_GOODBYE_S = 30.0  # a job whose trials are all stored ends by itself: its workers say goodbye
 
 
 @dataclass(frozen=True)
@@ -112,11 +113,7 @@ def run_slurm(
             if waiting and not lost:
                 stop.wait(engine.poll_s)
     finally:
-        for entry in submitted:
-            if waiting:
-                entry.job.cancel()
-            if engine.cluster == "local":
-                entry.job.wait()
+        _leave_nothing_running(submitted, 0.0 if waiting else _GOODBYE_S, engine)
 
 
 def is_stored(task: PendingTrial, store: ResultStore) -> bool:
@@ -190,6 +187,20 @@ def _alive(submitted: Sequence[_Submitted]) -> set[str]:
             return set(jobs)  # the controller does not answer: ask again later
         alive |= set(done.stdout.split()) & set(on_slurm)
     return alive
+
+
+def _leave_nothing_running(
+    submitted: Sequence[_Submitted], patience_s: float, engine: EngineParameters
+) -> None:
+    """Wait for jobs to end by themselves, cancel those that do not, and wait for plain processes."""
+    end = time.monotonic() + patience_s
+    while (alive := _alive(submitted)) and time.monotonic() < end:
+        time.sleep(min(engine.poll_s, 1.0))
+    for entry in submitted:
+        if entry.job.job_id in alive:
+            entry.job.cancel()
+        if engine.cluster == "local":
+            entry.job.wait()
 
 
 def _give_up(tasks: Sequence[PendingTrial], entry: _Submitted, store: ResultStore) -> None:

@@ -27,14 +27,12 @@ from graspbench.results.store import (
 )
 from graspbench.results.traces import without_places
 from graspbench.results.trial_result import HandResult, ObjectResult, Status, TrialResult
-from graspbench.threads import threads_available
 from graspbench.trial.clock import StageClock, Watch
+from graspbench.trial.drawer import drawer
 
 CONFIG_FILE = "config.yaml"
 ERROR_FILE = "error.txt"
 _MAX_REASON = 1000
-
-_PICTURES = "graspbench.trial.pictures"
 
 Listener = Callable[[str, float], None]
 """Called with each stage's name and seconds."""
@@ -84,7 +82,7 @@ def run_trial(
     picture_dir: Path | None = None,
     on_stage: Listener | None = None,
     watch: Watch | None = None,
-    draw_beside: bool = False,
+    beside: Beside | None = None,
 ) -> TrialResult:
     """Run one trial, a grasp or an in-hand motion; nothing is stored.
 
@@ -94,7 +92,7 @@ def run_trial(
         picture_dir: Where its pictures go; None draws none.
         on_stage: Called with each stage's name and seconds.
         watch: Is told, as the trial goes on, what it is at.
-        draw_beside: As for `run_and_store`.
+        beside: As for `run_and_store`.
 
     Raises:
         InputError: What the configuration names cannot be used.
@@ -102,8 +100,9 @@ def run_trial(
     """
     module, name, _, early = _PROCEDURES[config.kind]
     clock = StageClock(on_stage, watch)
-    early = early and picture_dir is not None and config.record.pictures
-    with Beside(_PICTURES, wanted=draw_beside and early and threads_available() > 1) as beside:
+    if beside is not None and not (early and config.record.pictures):
+        beside.stop()
+    with beside or drawer(beside=False) as beside:
         with clock.watch.at("loading"):
             procedure: Procedure = getattr(import_module(module), name)
         no_log = TrialLog(Path("unused.mcap"), "off")
@@ -118,7 +117,7 @@ def run_and_store(
     on_stage: Listener | None = None,
     watch: Watch | None = None,
     contain: bool = False,
-    draw_beside: bool = False,
+    beside: Beside | None = None,
 ) -> TrialResult:
     """Run one trial and write its folder: configuration, result, log and pictures.
 
@@ -128,8 +127,7 @@ def run_and_store(
         on_stage: Called with each stage's name and seconds.
         watch: Is told, as the trial goes on, what it is at.
         contain: Make a failed trial of every error, as a sweep does, with the traceback in ``error.txt``.
-        draw_beside: Draw the pictures in a process beside this one, if there is a core for it. They are the
-            same; it spares a process that runs one trial from loading Matplotlib and from waiting.
+        beside: Draws the pictures, from `graspbench.trial.drawer`; None draws them here.
 
     Returns:
         The content of ``result.json``; status "failed" with the reason when the trial could not be
@@ -152,7 +150,7 @@ def run_and_store(
                     picture_dir=folder,
                     on_stage=_logged(log, on_stage),
                     watch=watch,
-                    draw_beside=draw_beside,
+                    beside=beside,
                 )
         except Exception as error:
             if isinstance(error, OSError) and error.errno in NO_ROOM:

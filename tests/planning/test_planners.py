@@ -15,7 +15,8 @@ from graspbench.hand.parameters import HandParameters
 from graspbench.planning import PLANNERS, FoundGrasp, PlanningProblem, make_index, make_planner, plan_with
 from graspbench.planning.anytime import NO_POSTURE
 from graspbench.planning.index import INDICES
-from graspbench.planning.judge import NOT_CLOSED, grasp_at
+from graspbench.planning.judge import NOT_CLOSED
+from graspbench.planning.on_surface import grasp_at
 from tests.planning.shapes import radial, shrinking
 
 QUALITY = QualityParameters(friction=0.6)

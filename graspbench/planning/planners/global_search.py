@@ -6,10 +6,9 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from graspbench.planning.global_search import plan_global
 from graspbench.planning.parameters import AnyPlannerParameters
 from graspbench.planning.planner import PLANNERS, FoundGrasp, PlanningProblem
-from graspbench.planning.search.problem import GlobalMeasure, SearchParameters
+from graspbench.planning.search.parameters import GlobalMeasure, SearchParameters
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class GlobalPlanner:
 
     def plan(self, problem: PlanningProblem) -> Iterator[FoundGrasp]:
         """Yield the best grasp, once the search is over or the time is up."""
+        from graspbench.planning.global_search import plan_global  # choosing this planner does not load it
+
         p, surface = self._parameters, problem.finished_surface()
         limits = SearchParameters(
             time_limit_s=max(problem.time_left_s(), 0.1), gap=p.gap, threads=p.threads, measures=(p.measure,)

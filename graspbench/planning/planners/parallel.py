@@ -1,11 +1,13 @@
 """The thesis' planner: grasps move by an index while the surface forms (3.4)."""
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from graspbench.planning.local import LocalPlan, plan_local
 from graspbench.planning.parameters import AnyPlannerParameters, PlannerParameters
 from graspbench.planning.planner import PLANNERS, FoundGrasp, PlanningProblem
+
+if TYPE_CHECKING:
+    from graspbench.planning.local import LocalPlan
 
 
 @PLANNERS.register("parallel")
@@ -24,6 +26,8 @@ class Parallel:
 
     def plan(self, problem: PlanningProblem) -> Iterator[FoundGrasp]:
         """Yield the best grasp by the index, then the others that the hand was found to hold."""
+        from graspbench.planning.local import plan_local  # choosing this planner does not load it
+
         yield from best_and_others(
             plan_local(
                 problem.surfaces,
@@ -36,7 +40,7 @@ class Parallel:
         )
 
 
-def best_and_others(plan: LocalPlan) -> Iterator[FoundGrasp]:
+def best_and_others(plan: "LocalPlan") -> Iterator[FoundGrasp]:
     """Yield a local plan's grasp with the way to it, then the other grasps of the same search.
 
     What was selected stays the best: the others' scores are cut to its own.

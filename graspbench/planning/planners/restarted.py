@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from graspbench.errors import PlanningError
-from graspbench.planning.local import plan_restarted
 from graspbench.planning.parameters import AnyPlannerParameters, PlannerParameters
 from graspbench.planning.planner import PLANNERS, FoundGrasp, PlanningProblem
 from graspbench.planning.planners.parallel import best_and_others
@@ -26,6 +25,8 @@ class Restarted:
 
     def plan(self, problem: PlanningProblem) -> Iterator[FoundGrasp]:
         """Yield the best grasp by the index, then the others that the hand was found to hold."""
+        from graspbench.planning.local import plan_restarted  # choosing this planner does not load it
+
         surfaces = list(problem.surfaces)
         if not surfaces:
             raise PlanningError("there was no surface to plan on", remedy="give at least one snapshot")

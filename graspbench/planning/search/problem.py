@@ -4,61 +4,16 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import comb
-from typing import Annotated, Literal, TypeAlias, get_args
 
 import numpy as np
-from pydantic import Field
 
 from graspbench.arrays import BoolArray, FloatArray, IntArray
 from graspbench.grasp.configuration import Grasp
 from graspbench.grasp.quality import QualityParameters
-from graspbench.planning.parameters import PHI_CEI_DEG, PHI_EEGI_DEG, PhiCeiDeg, PhiEegiDeg
 from graspbench.planning.search.climb import PROGRESS
+from graspbench.planning.search.parameters import SearchParameters
 from graspbench.planning.search.referee import Referee
 from graspbench.reconstruction.surface import Surface
-
-GlobalMeasure: TypeAlias = Literal["q1", "q2", "q3", "mirtich_canny"]
-
-GLOBAL_MEASURES: tuple[GlobalMeasure, ...] = get_args(GlobalMeasure)
-"""Measures that can be searched for."""
-
-
-@dataclass(frozen=True)
-class SearchParameters:
-    """Limits of the global search."""
-
-    enabled: Annotated[bool, Field(description="Search for the global optimum too")] = True
-    measures: Annotated[
-        tuple[GlobalMeasure, ...],
-        Field(description="Measures whose optimum is searched; mirtich_canny is for 3 fingers"),
-    ] = ("q1", "q2", "q3")
-    refine: Annotated[
-        bool, Field(description="Climb q1, q2 and q3 from the local grasp too (quality ascent)")
-    ] = False
-    time_limit_s: Annotated[float, Field(gt=0, le=86_400, description="Time limit per measure, s")] = 30.0
-    gap: Annotated[float, Field(ge=0, lt=1, description="Relative gap at which the search may stop")] = 0.0
-    threads: Annotated[int, Field(ge=0, le=64, description="Threads; 0: as many as there are cores")] = 0
-    climbs: Annotated[
-        int, Field(ge=0, le=64, description="Climbs from sampled grasps, for a first one to beat")
-    ] = 4
-    centre_tolerance_m: Annotated[
-        float,
-        Field(gt=0, description="Distance of the centre of grip from the centroid allowed when k_cm > 0, m"),
-    ] = 0.01
-    phi_cei_deg: Annotated[
-        PhiCeiDeg | None,
-        Field(description="Largest coplanarity error, deg; null: index.phi_cei_deg, or else 15"),
-    ] = None
-    phi_eegi_deg: Annotated[
-        PhiEegiDeg | None,
-        Field(description="Largest equilateral error, deg; null: index.phi_eegi_deg, or else 10"),
-    ] = None
-
-    @property
-    def thresholds_deg(self) -> tuple[float, float]:
-        """Largest coplanarity and equilateral errors of ``mirtich_canny``."""
-        cei, eegi = self.phi_cei_deg, self.phi_eegi_deg
-        return PHI_CEI_DEG if cei is None else cei, PHI_EEGI_DEG if eegi is None else eegi
 
 
 @dataclass(frozen=True)

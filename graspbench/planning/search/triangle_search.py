@@ -10,7 +10,8 @@ from graspbench.grasp.configuration import Grasp
 from graspbench.planning.indices.mirtich_canny import mirtich_canny_scores
 from graspbench.planning.mirtich_canny_optimum import largest_outer_triangle
 from graspbench.planning.search.engine import Progress
-from graspbench.planning.search.problem import Found, GlobalResult, Problem, SearchParameters
+from graspbench.planning.search.parameters import SearchParameters
+from graspbench.planning.search.problem import Found, GlobalResult, Problem
 
 
 def search_triangles(
