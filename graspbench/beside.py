@@ -24,10 +24,11 @@ _MAIN = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
     "from graspbench.beside import serve; serve(sys.argv[2])"
 )
+_SIZE = 8  # bytes before each piece of work: its length
 
 
 class Beside:
-    """Does one piece of work in a process beside this one, or here, with the same result; a context manager.
+    """Does work in a process beside this one, or here, with the same results; a context manager.
 
     Args:
         module: Where the work's function is; the other process begins with loading it at once.
@@ -37,7 +38,7 @@ class Beside:
     def __init__(self, module: str, wanted: bool = True) -> None:
         self._module = module
         self._process = _started(module) if wanted else None
-        self._work: tuple[str, tuple[Any, ...]] | None = None
+        self._work: list[tuple[str, tuple[Any, ...]]] = []
 
     def __enter__(self) -> Self:
         return self
@@ -48,36 +49,43 @@ class Beside:
         self.stop()
 
     def start(self, function: str, *arguments: object) -> None:
-        """Give it its work.
+        """Give it a piece of work, to be done after those that it has been given before.
 
         Args:
             function: Name of the module's function. It does no harm to call it twice.
-            arguments: What it is called with. Where they cannot be pickled the work is done here.
+            arguments: What it is called with. Where they cannot be pickled all of the work is done here.
         """
-        self._work = function, arguments
-        if self._process is None or self._process.stdin is None:
-            return
+        self._work.append((function, arguments))
         try:
-            task = pickle.dumps(self._work, pickle.HIGHEST_PROTOCOL)
-            self._process.stdin.write(len(task).to_bytes(8, "little"))
-            self._process.stdin.write(task)
-            self._process.stdin.flush()
-        except (pickle.PicklingError, TypeError, AttributeError, OSError):
-            self.stop()  # it will be done here
+            self._send(pickle.dumps((function, arguments), pickle.HIGHEST_PROTOCOL))
+        except (pickle.PicklingError, TypeError, AttributeError):
+            self.stop()
 
-    def result(self) -> Any:
-        """Wait for the work and return what it gives; do it here where the other process could not.
+    def results(self) -> list[Any]:
+        """Wait for the work and return what each piece gives; do it here where the other process could not.
 
         Raises:
             Exception: What the work raises.
         """
-        assert self._work is not None, "work has been given"
+        work, self._work = self._work, []
+        self._send(b"")
         if self._process is not None and self._process.stdout is not None:
             answer = self._process.stdout.read()
             self.stop()
             with suppress(EOFError, pickle.UnpicklingError):
-                return pickle.loads(answer)  # from a process of our own
-        return _done(self._module, *self._work)
+                given: list[Any] = pickle.loads(answer)  # from a process of our own
+                return given
+        return [_done(self._module, function, arguments) for function, arguments in work]
+
+    def _send(self, task: bytes) -> None:
+        """Send a piece of work; an empty one says that there will be no more."""
+        if self._process is None or self._process.stdin is None:
+            return
+        try:
+            self._process.stdin.write(len(task).to_bytes(_SIZE, "little") + task)
+            self._process.stdin.flush()
+        except OSError:
+            self.stop()  # it will be done here
 
     def stop(self) -> None:
         """End the other process, done or not."""
@@ -112,7 +120,7 @@ def _started(module: str) -> subprocess.Popen[bytes] | None:
 
 
 def serve(module: str) -> None:
-    """Be the other process: load a module, take one piece of work, do it, print what it gives, pickled."""
+    """Be the other process: load a module, do the work that comes in, print what it gives, pickled."""
     from graspbench.loading import load_quickly
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -122,7 +130,7 @@ def serve(module: str) -> None:
     inbox: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_listen, args=(inbox,), daemon=True).start()
     import_module(module)
-    given = _done(module, *pickle.loads(inbox.get()))
+    given = [_done(module, *pickle.loads(task)) for task in iter(inbox.get, b"")]
     answers.write(pickle.dumps(given, pickle.HIGHEST_PROTOCOL))
     answers.close()
 
@@ -130,8 +138,6 @@ def serve(module: str) -> None:
 def _listen(inbox: SimpleQueue[bytes]) -> None:
     """Take the work in; end this process as soon as the one that asked has closed the line, or is no more."""
     source = sys.stdin.buffer
-    size = source.read(8)
-    if len(size) == 8:
+    while len(size := source.read(_SIZE)) == _SIZE:
         inbox.put(source.read(int.from_bytes(size, "little")))
-        source.read(1)
     os._exit(1)

@@ -33,9 +33,9 @@ def die_elsewhere(parent: int) -> str:
     return "done"
 
 
-def stay(pid_file: Path) -> None:
+def stay(pid_file: Path, seconds: float = 60.0) -> None:
     pid_file.write_text(str(os.getpid()), encoding="utf-8")
-    time.sleep(60.0)
+    time.sleep(seconds)
 
 
 def test_work_is_done_in_another_process_or_here():
@@ -43,35 +43,43 @@ def test_work_is_done_in_another_process_or_here():
     for wanted in (True, False):
         with Beside(HERE, wanted) as beside:
             beside.start("where", 3, [1, 2])
-            process, results[wanted] = beside.result()
+            [(process, results[wanted])] = beside.results()
         assert (process == os.getpid()) is not wanted
     assert results[True] == results[False] == [3, 6]
+
+
+def test_pieces_of_work_are_done_in_their_order_while_more_may_come(tmp_path):
+    with Beside(HERE) as beside:
+        beside.start("stay", tmp_path / "pid", 0.0)
+        first = _pid_in(tmp_path / "pid")
+        beside.start("where", 1, [5])
+        assert beside.results() == [None, (first, [5])]
 
 
 def test_an_error_is_raised_here():
     with Beside(HERE) as beside:
         beside.start("refuse", "so it is")
         with pytest.raises(ValueError, match="so it is"):
-            beside.result()
+            beside.results()
 
 
 def test_what_cannot_be_pickled_is_done_here():
     with Beside(HERE) as beside:
         beside.start("take", lambda: None)
-        assert beside.result() == os.getpid()
+        assert beside.results() == [os.getpid()]
 
 
 def test_a_process_that_dies_is_made_good():
     with Beside(HERE) as beside:
         beside.start("die_elsewhere", os.getpid())
-        assert beside.result() == "done"
+        assert beside.results() == ["done"]
 
 
 def test_without_a_place_for_a_process_it_is_done_here(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     with Beside(HERE) as beside:
         beside.start("take", 0)
-        assert beside.result() == os.getpid()
+        assert beside.results() == [os.getpid()]
 
 
 def _alive(pid: int) -> bool:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,27 +15,52 @@ from graspbench.report.hand_solids import hand_solids
 from graspbench.report.loss_picture import draw_loss
 
 if TYPE_CHECKING:  # only attributes are read: whoever draws need not load the stages
+    from graspbench.perception import Silhouette, View
     from graspbench.record.parameters import RecordParameters
     from graspbench.simulation.execution_result import ExecutionResult
     from graspbench.trial.planned import Evidence, PlannedTrial
     from graspbench.trial.planned_pictures import PlannedPictures
 
 
-def draw_planned(pictures: "PlannedPictures", folder: Path) -> tuple[float, float]:
-    """Draw the views, the surface's moments, the paths, and the hand (thesis figures 3.3, 3.10, 3.11).
+def draw_seen(
+    views: "tuple[View, ...]",
+    silhouettes: "tuple[Silhouette, ...]",
+    folder: Path,
+    wanted: "RecordParameters",
+) -> tuple[float, float]:
+    """Draw the views with their silhouettes (thesis figure 3.3).
 
     Args:
-        pictures: What they show.
-        folder: Where ``views.png``, ``surface.png``, ``grasp.png`` and ``hand.png`` go, and the geometry for
-            the report's interactive view; made where it is missing.
+        views: The images.
+        silhouettes: Their silhouettes.
+        folder: Where ``views.png`` goes; made where it is missing.
+        wanted: How it is drawn.
 
     Returns:
         Seconds of drawing, and seconds of compilation apart from them.
     """
+    return _timed(lambda: draw_views(views, silhouettes, folder / "views.png"), folder, wanted)
+
+
+def draw_planned(pictures: "PlannedPictures", folder: Path) -> tuple[float, float]:
+    """Draw the surface's moments, the paths, and the hand (thesis figures 3.10, 3.11).
+
+    Args:
+        pictures: What they show.
+        folder: Where ``surface.png``, ``grasp.png`` and ``hand.png`` go, and the geometry for the report's
+            interactive view; made where it is missing.
+
+    Returns:
+        Seconds of drawing, and seconds of compilation apart from them.
+    """
+    return _timed(lambda: _draw(pictures, folder), folder, pictures.wanted)
+
+
+def _timed(draw: Callable[[], object], folder: Path, wanted: "RecordParameters") -> tuple[float, float]:
     started, compiling = time.perf_counter(), seconds_compiling()
     folder.mkdir(exist_ok=True)
-    with style.drawn_as(_look(pictures.wanted)):
-        _draw(pictures, folder)
+    with style.drawn_as(_look(wanted)):
+        draw()
     spent = seconds_compiling() - compiling
     return time.perf_counter() - started - spent, spent
 
@@ -86,7 +112,6 @@ def _look(wanted: "RecordParameters") -> style.Look:
 
 
 def _draw(shown: "PlannedPictures", folder: Path) -> None:
-    draw_views(shown.views, shown.silhouettes, folder / "views.png")
     draw_surface_moments(pick_moments(shown.surfaces), folder / "surface.png")
     surface, grasp, quality = shown.surfaces[-1], shown.grasp, shown.quality
     write_geometry(*trial_geometry(surface, grasp, shown.paths, shown.hand), folder)

@@ -81,6 +81,9 @@ def run_grasp(
     with _drawing(beside, folder):
         evidence = Evidence()
         with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
+            drawn = folder / _DRAWN if folder is not None and config.record.pictures else None
+            if drawn is not None:
+                beside.start("draw_seen", tuple(trial.views), tuple(trial.silhouettes), drawn, config.record)
             trial = strengthened(config, trial, clock)
             with clock.stage("record"):
                 _record_plan(log, trial)
@@ -94,9 +97,9 @@ def run_grasp(
             trial = way.trial
             with clock.stage("record"):
                 _record_paths(log, trial, best, way.paths, way.motion)
-            if folder is not None and config.record.pictures:
+            if drawn is not None:
                 shown = planned_pictures(trial, way.paths, config.index_name, config.record)
-                beside.start("draw_planned", shown, folder / _DRAWN)
+                beside.start("draw_planned", shown, drawn)
             execution = _execute(config, way, clock)
 
         result = clock.run(
@@ -152,7 +155,8 @@ def _finish_pictures(
 ) -> None:
     """Take the pictures over, and draw how the object was lost, if it was."""
     with clock.watch.at("pictures"):
-        clock.add_compiled("pictures", *beside.result())
+        drawing, compiling = zip(*beside.results(), strict=True)
+        clock.add_compiled("pictures", sum(drawing), sum(compiling))
     for path in sorted((folder / _DRAWN).iterdir()):
         path.rename(folder / path.name)
     if execution is not None and execution.reason is not None:

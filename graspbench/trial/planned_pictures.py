@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from graspbench.grasp import Grasp, GraspQuality
 from graspbench.hand import HandModel
-from graspbench.perception import Silhouette, View
 from graspbench.planning import FingertipPath
 from graspbench.reconstruction import Surface
 from graspbench.record.parameters import RecordParameters
@@ -18,8 +17,6 @@ class PlannedPictures:
 
     Attributes:
         title: First line of the grasp's pictures.
-        views: The images.
-        silhouettes: Their silhouettes.
         surfaces: The reconstruction's snapshots, the last one at rest.
         hand: The hand.
         grasp: The grasp that is executed.
@@ -29,8 +26,6 @@ class PlannedPictures:
     """
 
     title: str
-    views: tuple[View, ...]
-    silhouettes: tuple[Silhouette, ...]
     surfaces: list[Surface]
     hand: HandModel
     grasp: Grasp
@@ -52,8 +47,6 @@ def planned_pictures(
     """
     return PlannedPictures(
         title=f"{trial.name}, {trial.hand.name} hand, {index}",
-        views=tuple(trial.views),
-        silhouettes=tuple(trial.silhouettes),
         surfaces=trial.surfaces,
         hand=trial.hand,
         grasp=trial.executed.grasp,

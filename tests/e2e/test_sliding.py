@@ -37,7 +37,7 @@ def test_a_finger_slides_over_a_sphere(cli, tmp_path):
 
 
 def test_a_slide_that_the_others_cannot_hold_is_refused_before_it_starts(cli, tmp_path):
-    weak = (*SLIDE, "contact.sliding.way_m=[0,0,0.005]", "contact.sliding.friction_reserve=0.9")
+    weak = (*SLIDE, "contact.sliding.way_m=[0,0,0.005]", "contact.sliding.friction_reserve=0.99")
     finished = cli("manipulate", *weak, "--json", "-o", tmp_path)
     assert finished.code == 1
     assert "no contact forces balance the load while" in finished.document["reason"]

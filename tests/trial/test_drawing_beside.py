@@ -7,6 +7,7 @@ import pytest
 from graspbench.config.trial_config import load_config
 from graspbench.errors import SimulationError
 from graspbench.results.store import ResultStore
+from graspbench.trial.drawer import drawer
 from graspbench.trial.runner import run_and_store
 
 # Small pictures and a coarse surface: what is asked here does not depend on them.
@@ -19,20 +20,21 @@ CHEAP = (
 def _run(folder, *, beside):
     heard = []
     store = ResultStore(folder)
-    result = run_and_store(
-        load_config(list(CHEAP)),
-        store,
-        on_stage=lambda stage, seconds: heard.append(stage),
-        contain=True,
-        draw_beside=beside,
-    )
+    with drawer(beside=beside) as draws:
+        result = run_and_store(
+            load_config(list(CHEAP)),
+            store,
+            on_stage=lambda stage, seconds: heard.append(stage),
+            contain=True,
+            beside=draws,
+        )
     files = {path.name: path.read_bytes() for path in store.folder(result.trial_id).iterdir()}
     return result, files, heard
 
 
 @pytest.fixture
 def two_cores(monkeypatch):
-    monkeypatch.setattr("graspbench.trial.runner.threads_available", lambda: 2)
+    monkeypatch.setattr("graspbench.trial.drawer.threads_available", lambda: 2)
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -63,7 +65,7 @@ def test_a_trial_that_fails_keeps_only_what_was_seen(tmp_path, monkeypatch, besi
 
 
 def test_nothing_is_drawn_beside_on_a_single_core(tmp_path, monkeypatch):
-    monkeypatch.setattr("graspbench.trial.runner.threads_available", lambda: 1)
+    monkeypatch.setattr("graspbench.trial.drawer.threads_available", lambda: 1)
     monkeypatch.setattr("graspbench.beside.subprocess.Popen", None)  # whoever calls it fails
     result, files, _ = _run(tmp_path, beside=True)
     assert result.status == "done"
