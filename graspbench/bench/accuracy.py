@@ -11,7 +11,7 @@ from graspbench.bench.hull_reference import OrientedCloud, hull_border, triangle
 from graspbench.compiled import compiled
 from graspbench.perception.camera import Camera
 from graspbench.perception.silhouette import Silhouette, silhouette_of_mask
-from graspbench.reconstruction.preshape import polyhedron_vertices
+from graspbench.reconstruction.preshaping import polyhedron_vertices
 from graspbench.reconstruction.visual_hull import VisualHull
 
 MAGNIFICATION = 4

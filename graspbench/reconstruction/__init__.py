@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from graspbench.reconstruction.methods import METHODS, Reconstruction
     from graspbench.reconstruction.network import SurfaceNetwork, build_network
     from graspbench.reconstruction.parameters import SurfaceParameters
-    from graspbench.reconstruction.preshape import preshape
+    from graspbench.reconstruction.preshaping import preshape
     from graspbench.reconstruction.selection import reconstruct
     from graspbench.reconstruction.solid import enclosed_solid, vertex_normals
     from graspbench.reconstruction.surface import Progress, Surface
@@ -42,7 +42,7 @@ _HOMES = {
     "VisualHull": "visual_hull",
     "build_network": "network",
     "enclosed_solid": "solid",
-    "preshape": "preshape",
+    "preshape": "preshaping",
     "reconstruct": "selection",
     "vertex_normals": "solid",
 }

@@ -13,7 +13,7 @@ from graspbench.reconstruction.dynamics import Law, State, advance, energy, init
 from graspbench.reconstruction.genus import carried_by
 from graspbench.reconstruction.network import SurfaceNetwork
 from graspbench.reconstruction.parameters import SurfaceParameters
-from graspbench.reconstruction.preshape import preshape
+from graspbench.reconstruction.preshaping import preshape
 from graspbench.reconstruction.refinement import refine
 from graspbench.reconstruction.sampling import network_of, sample_ellipsoid
 from graspbench.reconstruction.snapshot import snapshot

@@ -15,40 +15,34 @@ from graspbench.report.hand_solids import hand_solids
 from graspbench.report.loss_picture import draw_loss
 
 if TYPE_CHECKING:  # only attributes are read: whoever draws need not load the stages
-    from graspbench.perception import Silhouette, View
     from graspbench.record.parameters import RecordParameters
     from graspbench.simulation.execution_result import ExecutionResult
-    from graspbench.trial.planned import Evidence, PlannedTrial
+    from graspbench.trial.evidence import Evidence
+    from graspbench.trial.planned import PlannedTrial
     from graspbench.trial.planned_pictures import PlannedPictures
 
 
-def draw_seen(
-    views: "tuple[View, ...]",
-    silhouettes: "tuple[Silhouette, ...]",
-    folder: Path,
-    wanted: "RecordParameters",
-) -> tuple[float, float]:
-    """Draw the views with their silhouettes (thesis figure 3.3).
+def draw_seen(evidence: "Evidence", folder: Path, wanted: "RecordParameters") -> tuple[float, float]:
+    """Draw what a grasp is planned on: the views, the surface's moments (thesis figures 3.3, 3.10).
 
     Args:
-        views: The images.
-        silhouettes: Their silhouettes.
-        folder: Where ``views.png`` goes; made where it is missing.
-        wanted: How it is drawn.
+        evidence: What the trial came to.
+        folder: Where ``views.png`` and ``surface.png`` go; made where it is missing.
+        wanted: How they are drawn.
 
     Returns:
         Seconds of drawing, and seconds of compilation apart from them.
     """
-    return _timed(lambda: draw_views(views, silhouettes, folder / "views.png"), folder, wanted)
+    return _timed(lambda: _draw_evidence(folder, evidence), folder, wanted)
 
 
 def draw_planned(pictures: "PlannedPictures", folder: Path) -> tuple[float, float]:
-    """Draw the surface's moments, the paths, and the hand (thesis figures 3.10, 3.11).
+    """Draw the grasp with the paths to it, and the hand that holds it (thesis figure 3.11).
 
     Args:
         pictures: What they show.
-        folder: Where ``surface.png``, ``grasp.png`` and ``hand.png`` go, and the geometry for the report's
-            interactive view; made where it is missing.
+        folder: Where ``grasp.png`` and ``hand.png`` go, and the geometry for the report's interactive view;
+            made where it is missing.
 
     Returns:
         Seconds of drawing, and seconds of compilation apart from them.
@@ -101,10 +95,14 @@ def draw_evidence(folder: Path, evidence: "Evidence", wanted: "RecordParameters"
         wanted: How they are drawn.
     """
     with style.drawn_as(dataclasses.replace(_look(wanted), titles=False)):
-        if evidence.views:
-            draw_views(evidence.views, evidence.silhouettes, folder / "views.png")
-        if evidence.surfaces:
-            draw_surface_moments(pick_moments(evidence.surfaces), folder / "surface.png")
+        _draw_evidence(folder, evidence)
+
+
+def _draw_evidence(folder: Path, evidence: "Evidence") -> None:
+    if evidence.views:
+        draw_views(evidence.views, evidence.silhouettes, folder / "views.png")
+    if evidence.surfaces:
+        draw_surface_moments(pick_moments(evidence.surfaces), folder / "surface.png")
 
 
 def _look(wanted: "RecordParameters") -> style.Look:
@@ -112,8 +110,7 @@ def _look(wanted: "RecordParameters") -> style.Look:
 
 
 def _draw(shown: "PlannedPictures", folder: Path) -> None:
-    draw_surface_moments(pick_moments(shown.surfaces), folder / "surface.png")
-    surface, grasp, quality = shown.surfaces[-1], shown.grasp, shown.quality
+    surface, grasp, quality = shown.surface, shown.grasp, shown.quality
     write_geometry(*trial_geometry(surface, grasp, shown.paths, shown.hand), folder)
     title = shown.title
     caption = f"Q1 {quality.q1:.3g}   Q2 {quality.q2:.3g}   Q3 {quality.q3:.3g}"

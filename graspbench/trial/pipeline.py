@@ -32,6 +32,7 @@ from graspbench.simulation.exploration import FeltParts
 from graspbench.simulation.grasp_execution import execute_grasp
 from graspbench.simulation.tip_friction import tip_friction
 from graspbench.trial.clock import StageClock
+from graspbench.trial.evidence import Evidence
 from graspbench.trial.exploring import explored
 from graspbench.trial.felt import felt_result, shift_unseen, true_q3
 from graspbench.trial.outcome import (
@@ -47,7 +48,7 @@ from graspbench.trial.outcome import (
     restarted_result,
     strengthened_result,
 )
-from graspbench.trial.planned import Evidence, PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, film, planned_trial
 from graspbench.trial.planned_pictures import planned_pictures
 from graspbench.trial.reaching import Way, way_to_grasp
 from graspbench.trial.strengthening import strengthened
@@ -83,7 +84,7 @@ def run_grasp(
         with _pictured(config, evidence, folder, clock), planned_trial(config, clock, evidence) as trial:
             drawn = folder / _DRAWN if folder is not None and config.record.pictures else None
             if drawn is not None:
-                beside.start("draw_seen", tuple(trial.views), tuple(trial.silhouettes), drawn, config.record)
+                beside.start("draw_seen", evidence, drawn, config.record)
             trial = strengthened(config, trial, clock)
             with clock.stage("record"):
                 _record_plan(log, trial)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +30,7 @@ from graspbench.planning import (
 from graspbench.reconstruction import Surface, reconstruct
 from graspbench.simulation.mounts.arm_file import read_arm
 from graspbench.trial.clock import StageClock
+from graspbench.trial.evidence import Evidence
 from graspbench.trial.moving import FollowedObject, follow_object
 
 if TYPE_CHECKING:
@@ -90,21 +91,6 @@ class PlannedTrial:
         if self.explored is not None:
             return self.explored
         return self.plan if self.strengthened is None else self.strengthened
-
-
-@dataclass
-class Evidence:
-    """What a trial has come to so far, for a look at one that failed on its way.
-
-    Attributes:
-        views: The images.
-        silhouettes: Their silhouettes.
-        surfaces: The reconstruction's snapshots.
-    """
-
-    views: tuple[View, ...] = ()
-    silhouettes: tuple[Silhouette, ...] = ()
-    surfaces: list[Surface] = field(default_factory=list)
 
 
 @contextmanager

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from graspbench.grasp import Grasp, GraspQuality
-from graspbench.hand import HandModel
-from graspbench.planning import FingertipPath
-from graspbench.reconstruction import Surface
-from graspbench.record.parameters import RecordParameters
-from graspbench.trial.planned import PlannedTrial
+if TYPE_CHECKING:  # whoever draws need not load the stages
+    from graspbench.grasp import Grasp, GraspQuality
+    from graspbench.hand import HandModel
+    from graspbench.planning import FingertipPath
+    from graspbench.reconstruction import Surface
+    from graspbench.record.parameters import RecordParameters
+    from graspbench.trial.planned import PlannedTrial
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,7 @@ class PlannedPictures:
 
     Attributes:
         title: First line of the grasp's pictures.
-        surfaces: The reconstruction's snapshots, the last one at rest.
+        surface: The reconstructed surface at rest.
         hand: The hand.
         grasp: The grasp that is executed.
         quality: Its measures.
@@ -26,16 +28,16 @@ class PlannedPictures:
     """
 
     title: str
-    surfaces: list[Surface]
-    hand: HandModel
-    grasp: Grasp
-    quality: GraspQuality
-    paths: tuple[FingertipPath, ...]
-    wanted: RecordParameters
+    surface: "Surface"
+    hand: "HandModel"
+    grasp: "Grasp"
+    quality: "GraspQuality"
+    paths: "tuple[FingertipPath, ...]"
+    wanted: "RecordParameters"
 
 
 def planned_pictures(
-    trial: PlannedTrial, paths: Sequence[FingertipPath], index: str, wanted: RecordParameters
+    trial: "PlannedTrial", paths: "Sequence[FingertipPath]", index: str, wanted: "RecordParameters"
 ) -> PlannedPictures:
     """Return what the pictures of a planned trial show.
 
@@ -47,7 +49,7 @@ def planned_pictures(
     """
     return PlannedPictures(
         title=f"{trial.name}, {trial.hand.name} hand, {index}",
-        surfaces=trial.surfaces,
+        surface=trial.surfaces[-1],
         hand=trial.hand,
         grasp=trial.executed.grasp,
         quality=trial.executed.quality,

@@ -5,7 +5,7 @@ import pytest
 
 from graspbench.reconstruction import SurfaceParameters, VisualHull, build_network
 from graspbench.reconstruction.dynamics import advance, energy, initial_state, law_of
-from graspbench.reconstruction.preshape import preshape
+from graspbench.reconstruction.preshaping import preshape
 from graspbench.reconstruction.sampling import sample_ellipsoid
 from tests.oracles.scenes import scene
 

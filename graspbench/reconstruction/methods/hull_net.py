@@ -15,7 +15,7 @@ from graspbench.reconstruction.methods import METHODS
 from graspbench.reconstruction.narrow_band import BLOCK_CELLS, BYTES_PER_CELL, NarrowBand, carve, grid_of
 from graspbench.reconstruction.network import quad_network
 from graspbench.reconstruction.parameters import MAX_NODES, SurfaceParameters
-from graspbench.reconstruction.preshape import polyhedron_vertices
+from graspbench.reconstruction.preshaping import polyhedron_vertices
 from graspbench.reconstruction.relaxation import LONGEST_STEP, cut_quads, project, relax, tangent_planes
 from graspbench.reconstruction.sampling import network_of, sample_ellipsoid
 from graspbench.reconstruction.snapshot import snapshot

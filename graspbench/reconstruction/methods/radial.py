@@ -11,7 +11,7 @@ from graspbench.reconstruction.carving import interior_point
 from graspbench.reconstruction.genus import carried_by
 from graspbench.reconstruction.methods import METHODS
 from graspbench.reconstruction.parameters import SurfaceParameters
-from graspbench.reconstruction.preshape import preshape
+from graspbench.reconstruction.preshaping import preshape
 from graspbench.reconstruction.sampling import network_of, sample_ellipsoid
 from graspbench.reconstruction.snapshot import snapshot
 from graspbench.reconstruction.surface import Surface

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from graspbench.errors import ReconstructionError, StationError
 from graspbench.reconstruction import SurfaceParameters, preshape
 from graspbench.reconstruction.ellipsoid import moment_ellipsoid, wrap
-from graspbench.reconstruction.preshape import half_spaces, polyhedron_vertices
+from graspbench.reconstruction.preshaping import half_spaces, polyhedron_vertices
 from tests.oracles.scenes import moved, scaled, scene
 
 AIRBORNE = SurfaceParameters(ground=False)
