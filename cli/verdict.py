@@ -12,7 +12,8 @@ def verdict(result: "TrialResult") -> str:
     if result.manipulation is not None:
         within = f"within {1e3 * result.manipulation.position_error_max_m:.2g} mm"
         if result.gait is not None:
-            return f"The object is turned by {result.gait.turned_deg:.0f} deg {within}{_walked(result)}."
+            turned = f"The object is turned by {result.gait.turned_deg:.0f} deg {within}"
+            return f"{turned}{_walked(result)}.{_instead(result)}"
         played = "" if result.in_hand is None else ", and was held through it in physics"
         slid = ""
         if result.sliding is not None:
@@ -51,6 +52,8 @@ def _instead(result: "TrialResult") -> str:
     if instead is None or planned is None:
         return ""
     there = f"where the planned one's is {planned.q3:.2g}"
+    if instead.for_gait:
+        return f" The planned grasp has no gait: another was executed, of Q3 {instead.q3:.2g} {there}."
     if instead.for_way:
         return f" No way led to the planned grasp: another was executed, of Q3 {instead.q3:.2g} {there}."
     return f" A strengthened grasp was executed, of Q3 {instead.q3:.2g} {there}."

@@ -163,7 +163,7 @@ class RestartedResult(GraspResult):
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthenedResult(GraspResult):
-    """The grasp that was executed in place of one that would hardly have held, or that no way leads to."""
+    """The grasp that was executed in place of one that would hardly have held, or that could not be."""
 
     q1: Annotated[Number, About("Smallest singular value of the grasp matrix")]
     q2: Annotated[Number, About("Volume of the ellipsoid of wrenches")]
@@ -175,6 +175,7 @@ class StrengthenedResult(GraspResult):
     for_way: Annotated[
         bool, About("Whether it was taken because no way leads to the planned grasp, or no arm reaches it")
     ] = False
+    for_gait: Annotated[bool, About("Whether it was taken because the planned grasp has no gait")] = False
     verified: Annotated[
         bool | None,
         About("Whether the posture stands before an independent check", empty="there is no posture"),

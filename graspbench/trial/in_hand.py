@@ -16,7 +16,6 @@ from graspbench.manipulation import (
     ManipulationResult,
     check_gait,
     check_sliding,
-    gait_object,
     manipulate_object,
 )
 from graspbench.manipulation.held_object import hold_object
@@ -29,7 +28,14 @@ from graspbench.results.plain import as_plain
 from graspbench.results.trial_result import TrialResult
 from graspbench.simulation.in_hand_path import InHandPath, StepOnPath
 from graspbench.trial.clock import StageClock
-from graspbench.trial.outcome import local_result, object_result, phase_results, planned_result
+from graspbench.trial.gait_start import gait_with_start
+from graspbench.trial.outcome import (
+    local_result,
+    object_result,
+    phase_results,
+    planned_result,
+    strengthened_result,
+)
 from graspbench.trial.planned import PlannedTrial, film, planned_trial
 
 if TYPE_CHECKING:
@@ -69,14 +75,14 @@ def run_in_hand(
         TrialError: There is no grasp, or the motion cannot go on.
     """
     assert isinstance(config, ManipulationConfig), "the kind says so"
-    with planned_trial(config, clock) as trial:
+    with planned_trial(config, clock) as planned:
         contact = config.contact
-        if contact.mass_kg is None and trial.scene is not None:
-            contact = dataclasses.replace(contact, mass_kg=trial.scene.model.mass_kg)
+        if contact.mass_kg is None and planned.scene is not None:
+            contact = dataclasses.replace(contact, mass_kg=planned.scene.model.mass_kg)
         if config.motion.map_range and folder is not None:
             with clock.stage("range"):
-                _write_range(config, trial, folder)
-        moved = clock.run("manipulation", lambda: _move(config, trial, contact))
+                _write_range(config, planned, folder)
+        trial, moved = clock.run("manipulation", lambda: _move(config, planned, contact))
         checked = None
         if isinstance(moved, GaitResult):
             checked = clock.run("check", lambda: _check(config, trial, contact, moved))
@@ -96,6 +102,7 @@ def run_in_hand(
             object=object_result(trial),
             planned=planned_result(config.planner_name, trial.plan),
             local=local_result(trial),
+            strengthened=strengthened_result(trial, config.quality),
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             gait=checked,
             sliding=slid,
@@ -105,7 +112,7 @@ def run_in_hand(
             if played is None:
                 _record(log, trial, moved)
             else:
-                log.grasp(trial.plan.grasp, "local")
+                _record_grasps(log, trial)
                 log.motion(trial.hand.joint_names, played.motion)
             log.scores(_scores(result))
     if folder is not None and played is not None:
@@ -116,13 +123,15 @@ def run_in_hand(
     return result
 
 
-def _move(config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters) -> ManipulationResult:
-    """Plan the motion, by finger gaiting if that is asked for."""
+def _move(
+    config: ManipulationConfig, trial: PlannedTrial, contact: ContactParameters
+) -> tuple[PlannedTrial, ManipulationResult]:
+    """Plan the motion, by finger gaiting if that is asked for; a gait may start from another grasp."""
+    if config.motion.gait.angle_deg != 0.0:
+        return gait_with_start(config, trial, contact)
     start = trial.hand, trial.plan.grasp, trial.surfaces[-1]
     gravity = config.scene.gravity
-    if config.motion.gait.angle_deg != 0.0:
-        return gait_object(*start, config.motion.gait, config.clik, contact, gravity=gravity)
-    return manipulate_object(*start, config.motion, config.clik, contact, gravity=gravity)
+    return trial, manipulate_object(*start, config.motion, config.clik, contact, gravity=gravity)
 
 
 def _check(
@@ -178,7 +187,7 @@ def _play(
 
     with clock.stage("paths"):
         _, approach = clear_approach(
-            trial.plan.history,
+            trial.executed.history,
             trial.surfaces[-1],
             trial.hand,
             config.planner,
@@ -192,7 +201,7 @@ def _play(
         return play_in_hand(
             trial.scene.world,
             trial.hand,
-            trial.plan.grasp,
+            trial.executed.grasp,
             approach,
             path,
             config.execution,
@@ -283,8 +292,14 @@ def _scores(result: TrialResult) -> dict[str, Any]:
     return scores
 
 
-def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
+def _record_grasps(log: TrialLog, trial: PlannedTrial) -> None:
     log.grasp(trial.plan.grasp, "local")
+    if trial.strengthened is not None:
+        log.grasp(trial.strengthened.grasp, "strengthened")
+
+
+def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
+    _record_grasps(log, trial)
     period = moved.history.times[1] - moved.history.times[0]
     shown = slice(None, None, max(round(1.0 / (_LOG_RATE_HZ * period)), 1))
     log.joints(
@@ -325,7 +340,7 @@ def _draw(
         write_sliding(moved, moved.sliding, folder / "sliding.csv")
     if not config.record.pictures:
         return
-    posture = trial.plan.grasp.posture
+    posture = trial.executed.grasp.posture
     assert posture is not None, "a plan made with a checker has a posture"
     fingers = {
         trial.hand.finger_names[finger]: trial.hand.finger_joints(finger) for finger in posture.fingers

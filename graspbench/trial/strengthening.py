@@ -51,6 +51,7 @@ class Strengthened:
         for_weight: Whether it was planned again, because the first grasp was too weak for the object.
         climbed: Whether it climbed Q3.
         for_way: Whether it was taken because no way leads to the planned grasp, or no arm reaches it.
+        for_gait: Whether it was taken because the planned grasp has no gait.
     """
 
     grasp: Grasp
@@ -59,6 +60,7 @@ class Strengthened:
     for_weight: bool
     climbed: bool
     for_way: bool = False
+    for_gait: bool = False
 
 
 def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> PlannedTrial:

@@ -37,13 +37,22 @@ def test_a_sphere_is_turned_on_by_steps(cli, tmp_path):
 
 
 def test_a_gait_that_cannot_be_done_is_refused_with_how_far_it_goes(cli, tmp_path):
-    """Two of three fingers do not hold the cube while the third steps."""
-    arguments = ("object=cube", "motion=gait", "motion.gait.angle_deg=300", *SHORT)
+    """Two of three fingers do not hold the sphere with so much to spare while the third steps."""
+    hard = ("motion.gait.angle_deg=300", "motion.gait.friction_reserve=0.9", "motion.gait.starts=1")
+    arguments = (
+        "object=sphere",
+        "motion=gait",
+        *hard,
+        "surface.meridians=14",
+        "surface.parallels=13",
+        *SHORT,
+    )
     finished = cli("manipulate", *arguments, "--json", "-o", tmp_path)
     assert finished.code == 1
     result = finished.document
     assert result["status"] == "failed"
     assert "can turn the object only" in result["reason"]
+    assert "by the best of 2 grasps" in result["reason"]
     assert "motion.gait.angle_deg=" in finished.stderr + str(result)
     assert result["gait"] is None
 

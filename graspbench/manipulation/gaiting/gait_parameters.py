@@ -43,3 +43,12 @@ class GaitParameters:
         float,
         Field(ge=0, lt=0.5, description="Share of its range that a joint keeps from its limits, as planned"),
     ] = 0.03
+    starts: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=64,
+            description="Other grasps to try to start from if the planned one has no gait, drawn at "
+            "random, the best by Q3 first",
+        ),
+    ] = 8
