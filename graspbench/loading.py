@@ -1,6 +1,7 @@
 """How often Python looks for cyclic garbage while libraries are loaded, and when it ends."""
 
 import gc
+import sys
 
 _THRESHOLDS, _USUAL = (100_000, 20, 100), gc.get_threshold()
 """Objects more than freed ones until the youngest are looked through, and how many looks until older ones."""
@@ -24,6 +25,11 @@ def keep_what_is_loaded() -> None:
 def leave_quickly() -> None:
     """Never look for garbage at what is there now: this process is about to end.
 
-    Python looks through all of it several times on its way out, which took over a second after a trial.
+    Python looks through all of it several times on its way out, which took over a second after a trial. Not
+    so with a library that complains on standard error of whatever it made and nobody freed.
     """
-    gc.freeze()
+    if not _COMPLAINERS & sys.modules.keys():
+        gc.freeze()
+
+
+_COMPLAINERS = frozenset({"proxsuite"})
