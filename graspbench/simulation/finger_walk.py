@@ -16,6 +16,8 @@ _CHANGE_S = 0.04
 _MIN_HOLDING = 2
 _FELT = 3.0
 """Times the least force that counts as a touch, a finger that slides presses at least."""
+_YIELDING_M_SN = 0.01
+"""Speed at which a finger that slides gives way along the normal, per newton that it presses too much."""
 _LANDING = 0.7
 """Share of a step after which a touch ends it."""
 
@@ -65,10 +67,11 @@ class FingerWalk:
         self._ends = np.array([span.to_s for span in self._spans])
         self._offset = self._control.rest - path.joints[0]
         self._holding = np.ones(len(fingers), dtype=np.bool_)
+        self._sliding = path.sliding
+        self._sliding_n = max(path.sliding_n, _FELT * stage.parameters.contact_force_n)
         if path.sliding:
             self._holding[list(path.sliding)] = False
-            felt_n = _FELT * stage.parameters.contact_force_n
-            self._control.stand_on(self._holding, _CHANGE_S, max(path.sliding_n, felt_n))
+            self._control.stand_on(self._holding, _CHANGE_S, self._sliding_n)
         self._touched = False
         self._now = self._spans[0]
         self.duration_s = float(self._ends[-1])
@@ -102,9 +105,30 @@ class FingerWalk:
             if self._touched:
                 self._offset[own] = self._resting - joints[own]
             elif span.doing is _Doing.LAND:
-                self._offset[own] += self._stage.time_step_s * self._landing(span.step, joints + self._offset)
+                self._offset[own] += self._stage.time_step_s * self._joint_velocities(
+                    span.step.contact,
+                    joints + self._offset,
+                    self._stage.parameters.closing_speed_m_s * span.step.inward,
+                )
+        for contact in self._sliding:
+            self._press(contact, joints)
         rest: FloatArray = joints + self._offset
         return rest
+
+    def _press(self, contact: int, joints: FloatArray) -> None:
+        """Let a sliding finger's springs give way until it presses as it shall.
+
+        Where the surface is not just where it was seen, the springs would press with many times the force that
+        the finger is to slide with, and drag the object, or not at all.
+        """
+        felt = self._control.touches()[contact]
+        missing_n = self._sliding_n - (0.0 if felt is None else felt.force_n)
+        fastest = self._stage.parameters.closing_speed_m_s
+        speed = float(np.clip(_YIELDING_M_SN * missing_n, -fastest, fastest))
+        inward = self._grip.object_in_palm()[:3, :3] @ self._control.normals[contact]
+        self._offset[self._own[contact]] += self._stage.time_step_s * self._joint_velocities(
+            contact, joints + self._offset, speed * inward
+        )
 
     def _begin(self, span: _Span) -> None:
         if span.step is None:
@@ -125,13 +149,12 @@ class FingerWalk:
             else:
                 self.missed += 1
 
-    def _landing(self, step: StepOnPath, rest: FloatArray) -> FloatArray:
-        """Return joint velocities that bring a finger's tip on along the normal, shape (k,)."""
-        own = self._own[step.contact]
-        jacobian = self._stage.model.tip_jacobians(rest)[self._fingers[step.contact]][:, own]
-        wanted = self._stage.parameters.closing_speed_m_s * step.inward
+    def _joint_velocities(self, contact: int, rest: FloatArray, velocity: FloatArray) -> FloatArray:
+        """Return joint velocities, shape (k,), that move a contact's tip as wanted in the palm, shape (3,)."""
+        own = self._own[contact]
+        jacobian = self._stage.model.tip_jacobians(rest)[self._fingers[contact]][:, own]
         damped = jacobian @ jacobian.T + 1e-6 * np.eye(3)
-        velocities: FloatArray = jacobian.T @ np.linalg.solve(damped, wanted)
+        velocities: FloatArray = jacobian.T @ np.linalg.solve(damped, velocity)
         return velocities
 
 

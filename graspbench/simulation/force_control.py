@@ -100,6 +100,11 @@ class ForceControl:
         touches = self._stage.hand.touches(self._stage.parameters.contact_force_n)
         return [touches[f] for f in self._fingers]
 
+    @property
+    def normals(self) -> FloatArray:
+        """Normals into the object at the contacts as last felt, in its own frame, shape (n, 3)."""
+        return self._normals
+
     def distribute(self) -> None:
         """Distribute grip force and weight over the contacts as they are felt now."""
         # A finger that has lost touch for a moment is taken to be where it was.
