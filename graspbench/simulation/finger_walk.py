@@ -118,8 +118,8 @@ class FingerWalk:
     def _press(self, contact: int, joints: FloatArray) -> None:
         """Let a sliding finger's springs give way until it presses as it shall.
 
-        Where the surface is not just where it was seen, the springs would press with many times the force that
-        the finger is to slide with, and drag the object, or not at all.
+        Where the surface is not just where it was seen, the springs would press with many times the force
+        that the finger is to slide with, and drag the object, or not at all.
         """
         felt = self._control.touches()[contact]
         missing_n = self._sliding_n - (0.0 if felt is None else felt.force_n)
@@ -150,7 +150,7 @@ class FingerWalk:
                 self.missed += 1
 
     def _joint_velocities(self, contact: int, rest: FloatArray, velocity: FloatArray) -> FloatArray:
-        """Return joint velocities, shape (k,), that move a contact's tip as wanted in the palm, shape (3,)."""
+        """Return joint velocities, shape (k,), that move a contact's tip as wanted, shape (3,), palm axes."""
         own = self._own[contact]
         jacobian = self._stage.model.tip_jacobians(rest)[self._fingers[contact]][:, own]
         damped = jacobian @ jacobian.T + 1e-6 * np.eye(3)
