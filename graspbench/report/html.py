@@ -8,7 +8,7 @@ their place in the table, never by what a file calls them.
 import base64
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -144,12 +144,21 @@ def _document(trials: pd.DataFrame) -> dict[str, Any]:
         "rows": rows,
         "common": common,
         "commonHeads": {name: _heading(name) for name in common},
-        "shown": [name for name in dict.fromkeys((*_SHOWN, *few)) if name in varying],
-        "filters": [name for name in dict.fromkeys((*_FILTERS, *few)) if name in varying],
-        "groups": [name for name in dict.fromkeys((*_GROUPS, *few)) if name in varying] or [c.STATUS],
+        "shown": _once((*_SHOWN, *few), varying, trials),
+        "filters": _once((*_FILTERS, *few), varying, trials),
+        "groups": _once((*_GROUPS, *few), varying, trials) or [c.STATUS],
         "strips": _offered(_STRIPS, numeric),
         "scatter": [_offered(_SCATTER_X, numeric)[0], _offered(_SCATTER_Y, numeric)[0]],
     }
+
+
+def _once(names: Iterable[str], varying: Sequence[str], trials: pd.DataFrame) -> list[str]:
+    """Return the columns that differ between trials, each heading with the same values once."""
+    kept: dict[Any, str] = {}
+    for name in names:
+        if name in varying:
+            kept.setdefault((_heading(name), tuple(trials[name].map(str))), name)
+    return list(kept.values())
 
 
 def _heading(name: str) -> str:

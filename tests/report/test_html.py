@@ -89,6 +89,21 @@ def test_pictures_of_many_trials_are_linked_to(experiment, tmp_path):
     assert all((tmp_path / "results" / "report" / address).is_file() for address in addresses)
 
 
+def test_what_reads_and_says_the_same_is_offered_once():
+    names = ["teddy", "duck", "own"]
+    trials = pd.DataFrame({
+        "trial_id": ["a", "b", "c"], "status": "done", "object.name": names, "choice.object": names,
+        "choice.quality": ["default", "thesis", "thesis"], "hand.fingers": [3, 4, 4],
+    })  # fmt: skip
+    told = html._document(trials)
+    for offered in ("shown", "filters", "groups"):
+        heads = [html._heading(name) for name in told[offered]]
+        assert len(heads) == len(set(heads)), offered
+        assert "object" in heads
+    trials.loc[2, "choice.object"] = "mesh"  # now it says something else
+    assert {"object.name", "choice.object"} <= set(html._document(trials)["filters"])
+
+
 def test_no_trials_make_no_page(tmp_path):
     with pytest.raises(LogError, match="the trials are none"):
         write_page(pd.DataFrame(), tmp_path / "report", {})

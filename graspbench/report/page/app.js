@@ -71,8 +71,8 @@ const choices = { group: DATA.groups[0], ratio: DATA.strips[0], x: DATA.scatter[
 function buildPlots() {
   const numbers = DATA.columns.filter(c => c.kind === "number").map(c => c.name);
   for (const [id, title, picks] of [
-    ["strip", "Distribution", { ratio: numbers, group: DATA.groups }], ["success", "Success rate, 95 % intervals", {}],
-    ["scatter", "One value against another", { x: numbers, y: numbers }], ["times", "Mean time of each stage, s", {}],
+    ["strip", "Distribution", { ratio: numbers, group: DATA.groups }], ["scatter", "One value against another", { x: numbers, y: numbers }],
+    ["success", "Success rate, 95 % intervals", {}], ["times", "Mean time of each stage, s", {}],
   ]) {
     const bar = element("div", { className: "choices" });
     for (const [key, options] of Object.entries(picks)) {
@@ -150,7 +150,7 @@ function drawPlots() {
   $("plot-success").innerHTML = rates.length ? ratePlot(rates) : "<p class='hint'>nothing was executed</p>";
   drawn.times = DATA.columns.filter(c => c.name.startsWith("times_s.")).map(c => {
     const values = state.rows.map(r => get(r, c.name)).filter(isNumber);
-    return { key: c.name.slice(8), mean: values.reduce((a, b) => a + b, 0) / (values.length || 1) };
+    return { key: c.name.slice(8).replaceAll("_", " "), mean: values.reduce((a, b) => a + b, 0) / (values.length || 1) };
   }).sort((a, b) => b.mean - a.mean).slice(0, 14);
   $("plot-times").innerHTML = timePlot(drawn.times);
   const points = state.rows.map(row => ({ row, x: get(row, choices.x), y: get(row, choices.y), key: shownValue(valueOf(row, choices.group)), good: valueOf(row, "success") === true, title: titleOf(row) })).filter(p => isNumber(p.x) && isNumber(p.y));

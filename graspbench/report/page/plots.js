@@ -1,7 +1,7 @@
 // Plots as SVG text, drawn from the trials that pass the filters.
 // After Okabe and Ito: told apart by the colour-blind; neighbours differ in grey too.
 const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#7f5539", "#8c8c8c"];
-const WIDTH = 480, LEFT = 96, RIGHT = 14, ROW = 26;
+const WIDTH = 480, LEFT = 110, RIGHT = 14, ROW = 26;
 
 function colorOf(key, keys) { return PALETTE[keys.indexOf(key) % PALETTE.length]; }
 
@@ -32,7 +32,7 @@ function frame(height, low, high, body) {
 }
 
 function label(text, y) {
-  const cut = text.length > 14 ? text.slice(0, 13) + "…" : text;
+  const cut = text.length > 16 ? text.slice(0, 15) + "…" : text;
   return `<text x="${LEFT - 8}" y="${y + 4}" text-anchor="end">${escaped(cut)}<title>${escaped(text)}</title></text>`;
 }
 
@@ -91,13 +91,13 @@ function timePlot(stages) {
 /** One value against another, coloured by group; a filled dot succeeded, a ring did not. */
 function scatterPlot(points, keys, names) {
   if (!points.length) return "<p class='hint'>no trial has both values</p>";
-  const height = 330, bottom = height - 38, span = axis => {
+  const height = 340, top = 20, bottom = height - 38, span = axis => {
     const v = points.map(p => p[axis]), low = v.reduce((a, b) => Math.min(a, b)), high = v.reduce((a, b) => Math.max(a, b));
     return high > low ? [low, high] : [low - .5, high + .5];
   };
   const [xl, xh] = span("x"), [yl, yh] = span("y");
-  const x = v => 56 + (v - xl) / (xh - xl) * (WIDTH - 72), y = v => bottom - (v - yl) / (yh - yl) * (bottom - 14);
-  const axes = ticks(xl, xh, 5).map(t => `<line class="axis" x1="${x(t)}" x2="${x(t)}" y1="8" y2="${bottom}"/><text x="${x(t)}" y="${bottom + 15}" text-anchor="middle">${short(t)}</text>`).join("") +
+  const x = v => 56 + (v - xl) / (xh - xl) * (WIDTH - 72), y = v => bottom - (v - yl) / (yh - yl) * (bottom - top - 8);
+  const axes = ticks(xl, xh, 5).map(t => `<line class="axis" x1="${x(t)}" x2="${x(t)}" y1="${top}" y2="${bottom}"/><text x="${x(t)}" y="${bottom + 15}" text-anchor="middle">${short(t)}</text>`).join("") +
     ticks(yl, yh, 5).map(t => `<line class="axis" x1="50" x2="${WIDTH - 8}" y1="${y(t)}" y2="${y(t)}"/><text x="46" y="${y(t) + 4}" text-anchor="end">${short(t)}</text>`).join("");
   const dots = points.map(p => {
     const color = colorOf(p.key, keys);
@@ -105,5 +105,5 @@ function scatterPlot(points, keys, names) {
   }).join("");
   return `<svg viewBox="0 0 ${WIDTH} ${height}" role="img">${axes}${dots}` +
     `<text x="${WIDTH / 2}" y="${height - 6}" text-anchor="middle">${escaped(names[0])}</text>` +
-    `<text transform="translate(11 ${bottom / 2}) rotate(-90)" text-anchor="middle">${escaped(names[1])}</text></svg>`;
+    `<text x="4" y="12">${escaped(names[1])}</text></svg>`;
 }
