@@ -77,6 +77,8 @@ def evaluate(
     from graspbench.errors import ConfigurationError
     from graspbench.experiment.evaluation_start import start_evaluation_workers
 
+    if not object_name and not grasps.exists():
+        raise ConfigurationError(f"there is no file or results folder {grasps}", remedy="correct its path")
     if not object_name and not grasps.is_dir():
         raise ConfigurationError("no object is given", remedy="say --object NAME, or --object FILE of a mesh")
     if jobs:

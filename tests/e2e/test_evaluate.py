@@ -95,6 +95,7 @@ def test_a_malicious_file_is_refused_in_a_sentence(cli, tmp_path):
     ("arguments", "words"),
     [
         (("missing.npy", *ALLEGRO), "no file missing.npy"),
+        (("missing", "protocol=all"), "no file or results folder missing"),
         (("g.npy", "--hand", "allegro"), "no object is given"),
         (("g.npy", *ALLEGRO, "protocol=beauty"), "unknown protocol 'beauty'"),
         (("g.npy", *ALLEGRO, "protocol.beauty=1"), "beauty"),
