@@ -69,10 +69,11 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _unraisable(hook: Callable[["sys.UnraisableHookArgs"], object], lost: "sys.UnraisableHookArgs") -> None:
-    if _asked and issubclass(lost.exc_type, KeyboardInterrupt):
-        _come_again()
-    else:
+    if not _asked:
         hook(lost)
+    elif issubclass(lost.exc_type, KeyboardInterrupt):
+        _come_again()
+    # else the exception met an object half made, whose destructor misses what has not been set
 
 
 def _come_again() -> None:

@@ -1,5 +1,6 @@
 """What a sweep says while it runs."""
 
+import gc
 import importlib
 import signal
 import threading
@@ -88,6 +89,36 @@ def test_a_signal_where_nothing_can_be_raised_comes_again_and_prints_nothing(mon
             pass
         # A sweep that heard of it is not asked once more.
         time.sleep(3 * ending._AGAIN_S)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+        ending._asked.clear()
+
+
+class HalfMade:
+    def __init__(self):
+        signal.raise_signal(signal.SIGTERM)
+        self.whole = True
+
+    def __del__(self):
+        del self.whole
+
+
+def test_what_a_signal_left_half_made_is_no_news(monkeypatch):
+    told = []
+    monkeypatch.setattr("sys.unraisablehook", lambda lost: told.append(lost.exc_type))
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    end_on_signals()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            HalfMade()
+        gc.collect()
+        assert told == []
+        ending._asked.clear()  # without a signal it is news
+        with pytest.raises(AttributeError):
+            HalfMade.__del__(object.__new__(HalfMade))
+        gc.collect()
+        assert told == [AttributeError]
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
