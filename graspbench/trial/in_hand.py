@@ -5,9 +5,6 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from graspbench.arrays import FloatArray
 from graspbench.beside import Beside
 from graspbench.config.trial_config import ManipulationConfig, TrialConfig
 from graspbench.manipulation import (
@@ -20,33 +17,25 @@ from graspbench.manipulation import (
 )
 from graspbench.manipulation.held_object import hold_object
 from graspbench.manipulation.reach import RangeEntry, reachable_range
-from graspbench.manipulation.sliding.sliding_history import SlidingHistory
-from graspbench.planning import clear_approach
 from graspbench.record import TrialLog
-from graspbench.results.physical_results import GaitFigures, ManipulationSummary, PlayedResult, SlidingFigures
-from graspbench.results.plain import as_plain
+from graspbench.results.physical_results import GaitFigures, ManipulationSummary, SlidingFigures
 from graspbench.results.trial_result import TrialResult
-from graspbench.simulation.in_hand_path import InHandPath, StepOnPath
 from graspbench.trial.clock import StageClock
 from graspbench.trial.gait_start import gait_with_start
 from graspbench.trial.outcome import (
     local_result,
     object_result,
-    phase_results,
     planned_result,
     strengthened_result,
 )
 from graspbench.trial.planned import PlannedTrial, film, planned_trial
+from graspbench.trial.playing import lost_in_physics, play_motion, played_result
+from graspbench.trial.recording import in_hand_scores, record_grasps, record_in_hand
 
 if TYPE_CHECKING:
     from graspbench.simulation.in_hand import InHandResult
 
 RANGE_FILE = "range.csv"
-
-MIN_TURNED_SHARE = 0.9
-"""Of the turn that is asked for, so much has to come about in physics."""
-
-_LOG_RATE_HZ = 50.0
 
 
 def run_in_hand(
@@ -90,8 +79,8 @@ def run_in_hand(
         if moved.sliding is not None:
             slid = clock.run("check", lambda: _check_sliding(config, trial, contact, moved))
         reason = _wrong(checked, slid)
-        played = None if reason else _play(config, trial, moved, clock)
-        lost = None if played is None else _lost(config, played)
+        played = None if reason else play_motion(config, trial, moved, clock)
+        lost = None if played is None else lost_in_physics(config, played)
         if lost is not None:
             reason = f"played in physics: {lost}"
         result = dataclasses.replace(
@@ -106,15 +95,15 @@ def run_in_hand(
             manipulation=ManipulationSummary(**_typed(moved.summary())),
             gait=checked,
             sliding=slid,
-            in_hand=None if played is None else _played_result(played, config.execution.push_slip_m),
+            in_hand=None if played is None else played_result(played, config.execution.push_slip_m),
         )
         with clock.stage("record"):
             if played is None:
-                _record(log, trial, moved)
+                record_in_hand(log, trial, moved)
             else:
-                _record_grasps(log, trial)
+                record_grasps(log, trial)
                 log.motion(trial.hand.joint_names, played.motion)
-            log.scores(_scores(result))
+            log.scores(in_hand_scores(result))
     if folder is not None and played is not None:
         film(config, trial, played.motion, folder, clock)
     if folder is not None:
@@ -176,150 +165,8 @@ def _write_range(config: ManipulationConfig, trial: PlannedTrial, folder: Path) 
         rows.writerows(dataclasses.astuple(entry) for entry in reachable_range(held, config.clik))
 
 
-def _play(
-    config: ManipulationConfig, trial: PlannedTrial, moved: ManipulationResult, clock: StageClock
-) -> "InHandResult | None":
-    """Play the motion on the simulated object, if that is asked for and there is one."""
-    if trial.scene is None or config.execution.until == "off":
-        return None
-    from graspbench.simulation.in_hand import play_in_hand  # loads PyBullet
-    from graspbench.simulation.tip_friction import tip_friction
-
-    with clock.stage("paths"):
-        _, approach = clear_approach(
-            trial.executed.history,
-            trial.surfaces[-1],
-            trial.hand,
-            config.planner,
-            trial.checker.ground_height_m,
-        )
-    path = _path(moved)
-    soft_torsion_m = config.contact.forces.torsion_m if config.contact.kind == "soft" else None
-    pad = config.contact.forces.pad if config.contact.kind == "soft_pad" else None
-    friction = tip_friction(config.execution, config.quality, trial.surfaces[-1], soft_torsion_m, pad)
-    with clock.stage("execution"):
-        return play_in_hand(
-            trial.scene.world,
-            trial.hand,
-            trial.executed.grasp,
-            approach,
-            path,
-            config.execution,
-            friction,
-            config.arm,
-        )
-
-
-def _lost(config: ManipulationConfig, played: "InHandResult") -> str | None:
-    """Return why the motion has failed in physics, one clause; None if it has not."""
-    asked, turned = config.motion.gait.angle_deg, played.turned_about_axis_deg
-    if played.reason is None and turned is not None and turned / asked < MIN_TURNED_SHARE:
-        return f"the object was held, but turned only {turned:.0f} of {asked:g} deg"
-    return played.reason
-
-
-def _path(moved: ManipulationResult) -> InHandPath:
-    """Return a motion as physics plays it, with the steps of a gait."""
-    times, poses = moved.history.times, moved.desired_transforms_object_to_palm
-    if not isinstance(moved, GaitResult):
-        path = InHandPath(times, moved.history.joints, poses)
-        return path if moved.sliding is None else _with_sliding(path, moved, moved.sliding)
-    steps = []
-    for step in moved.steps:
-        at = int(np.argmin(np.abs(times - step.to_s)))
-        inward = -poses[at, :3, :3] @ moved.contact_normals[at, step.contact]
-        steps.append(StepOnPath(step.contact, step.from_s, step.to_s, inward))
-    return InHandPath(times, moved.history.joints, poses, moved.axis, tuple(steps))
-
-
-def _with_sliding(path: InHandPath, moved: ManipulationResult, sliding: SlidingHistory) -> InHandPath:
-    """Return a path with its contacts that slide and the normal force that they have on the mean."""
-    at = np.searchsorted(path.times, moved.force_times - 1e-9)
-    rotations = path.transforms_object_to_palm[at, :3, :3]
-    normals = np.einsum("tij,tnj->tni", rotations, moved.contact_normals[at])
-    pressing = -np.einsum("tni,tni->tn", moved.forces, normals)[:, list(sliding.contacts)]
-    return dataclasses.replace(path, sliding=sliding.contacts, sliding_n=float(pressing.mean()))
-
-
 def _typed(figures: dict[str, float | int | bool | None]) -> dict[str, Any]:
     return dict(figures)
-
-
-def _played_result(played: "InHandResult", slipped_m: float) -> PlayedResult:
-    """Return what came of the motion in physics; the sampled motion is left to the log.
-
-    Args:
-        played: What came of it.
-        slipped_m: A finger that slid farther on one contact counts as slipped.
-    """
-    errors = (
-        {}
-        if not played.times.size
-        else {
-            "position_error_max_m": float(played.position_error_m.max()),
-            "position_error_end_m": float(played.position_error_m[-1]),
-            "rotation_error_max_deg": float(played.rotation_error_deg.max()),
-            "rotation_error_end_deg": float(played.rotation_error_deg[-1]),
-            "moved_max_m": float(played.moved_m.max()),
-            "turned_max_deg": float(played.turned_deg.max()),
-        }
-    )
-    slid = None if played.slips_m.size == 0 else float(played.slips_m.max())
-    histories = ("times", "position_error_m", "rotation_error_deg", "moved_m", "turned_deg")
-    return PlayedResult(
-        success=played.success,
-        friction=played.friction,
-        torsional_friction_m=played.torsional_friction_m,
-        planned_friction=played.planned_friction,
-        grip_force_n=played.grip_force_n,
-        phases=phase_results(played.phases),
-        turned_about_axis_deg=played.turned_about_axis_deg,
-        slip_max_m=slid,
-        fingers_slipped=int(np.sum(played.slips_m > slipped_m)),
-        steps=played.steps,
-        steps_missed=played.steps_missed,
-        histories={name: tuple(getattr(played, name).tolist()) for name in histories},
-        **errors,
-    )
-
-
-def _scores(result: TrialResult) -> dict[str, Any]:
-    scores: dict[str, Any] = {"success": result.success}
-    for part in ("manipulation", "in_hand"):
-        for key, value in (as_plain(getattr(result, part)) or {}).items():
-            if not isinstance(value, dict):
-                scores[f"{part}.{key}"] = value
-    return scores
-
-
-def _record_grasps(log: TrialLog, trial: PlannedTrial) -> None:
-    log.grasp(trial.plan.grasp, "local")
-    if trial.strengthened is not None:
-        log.grasp(trial.strengthened.grasp, "strengthened")
-
-
-def _record(log: TrialLog, trial: PlannedTrial, moved: ManipulationResult) -> None:
-    _record_grasps(log, trial)
-    period = moved.history.times[1] - moved.history.times[0]
-    shown = slice(None, None, max(round(1.0 / (_LOG_RATE_HZ * period)), 1))
-    log.joints(
-        moved.joint_names,
-        moved.history.times[shown],
-        moved.history.joints[shown],
-        np.broadcast_to(moved.transform_palm_to_world, (len(moved.history.times[shown]), 4, 4)),
-        transform_object_to_world=_object_poses(trial, moved)[shown],
-    )
-
-
-def _object_poses(trial: PlannedTrial, moved: ManipulationResult) -> FloatArray:
-    """Return the object's pose in the world by time, shape (t, 4, 4).
-
-    The object's own frame where it was simulated, else the one at the grasp's centroid.
-    """
-    poses = moved.transform_palm_to_world @ moved.transforms_object_to_palm
-    if trial.scene is None:
-        return np.asarray(poses)
-    return np.asarray(poses @ np.linalg.inv(poses[0]) @ trial.scene.transform_object_to_world)
 
 
 def _draw(

@@ -10,20 +10,7 @@ from pathlib import Path
 from graspbench.beside import Beside
 from graspbench.config.trial_config import TrialConfig
 from graspbench.errors import TrialError
-from graspbench.grasp import Grasp
-from graspbench.planning import (
-    FingertipPath,
-    GlobalResult,
-    JointPath,
-    LocalPlan,
-    Plan,
-    PlannerParameters,
-    RefinedGrasp,
-    make_index,
-    plan_global,
-    plan_restarted,
-    refine,
-)
+from graspbench.planning import GlobalResult, LocalPlan, RefinedGrasp
 from graspbench.record import TrialLog
 from graspbench.results.physical_results import ExecutedResult
 from graspbench.results.trial_result import TrialResult
@@ -48,9 +35,11 @@ from graspbench.trial.outcome import (
     restarted_result,
     strengthened_result,
 )
-from graspbench.trial.planned import PlannedTrial, centre_tolerance_m, film, planned_trial
+from graspbench.trial.planned import PlannedTrial, film, planned_trial
 from graspbench.trial.planned_pictures import planned_pictures
 from graspbench.trial.reaching import Way, way_to_grasp
+from graspbench.trial.recording import grasp_scores, record_paths, record_plan
+from graspbench.trial.searching import global_grasps, refined_grasps, restarted_plan
 from graspbench.trial.strengthening import strengthened
 
 _DRAWN = ".drawn"
@@ -87,17 +76,17 @@ def run_grasp(
                 beside.start("draw_seen", evidence, drawn, config.record)
             trial = strengthened(config, trial, clock)
             with clock.stage("record"):
-                _record_plan(log, trial)
-            restarted = _restart(config, trial, clock)
-            refined = _refine(config, trial, restarted, clock)
-            best = _plan_global(config, trial, restarted, refined, clock)
+                record_plan(log, trial)
+            restarted = restarted_plan(config, trial, clock)
+            refined = refined_grasps(config, trial, restarted, clock)
+            best = global_grasps(config, trial, restarted, refined, clock)
             if trial.scene is not None:
                 shift_unseen(trial.scene.world, config.scene, config.seed)
             trial = explored(config, trial, best, clock)
             way = way_to_grasp(config, trial, clock)
             trial = way.trial
             with clock.stage("record"):
-                _record_paths(log, trial, best, way.paths, way.motion)
+                record_paths(log, trial, best, way.paths, way.motion)
             if drawn is not None:
                 shown = planned_pictures(trial, way.paths, config.index_name, config.record)
                 beside.start("draw_planned", shown, drawn)
@@ -111,7 +100,7 @@ def run_grasp(
                 if execution.explored is not None:
                     log.felt(execution.explored.felt)
                 log.motion(trial.hand.joint_names, execution.motion)
-            log.scores(_scores(result))
+            log.scores(grasp_scores(result))
         if folder is not None and execution is not None:
             film(config, trial, execution.motion, folder, clock)
         if folder is not None and config.record.pictures:
@@ -165,85 +154,6 @@ def _finish_pictures(
             from graspbench.trial.pictures import draw_failure  # loads Matplotlib
 
             draw_failure(folder, trial, execution, config.record)
-
-
-def _restart(config: TrialConfig, trial: PlannedTrial, clock: StageClock) -> LocalPlan | None:
-    """Plan by multi-start on the finished surface, if that is asked for."""
-    planner = config.planner
-    if not isinstance(planner, PlannerParameters) or not planner.restart:
-        return None
-    fingers, quality = config.hand.fingers, config.quality
-    index = make_index(config.index_name, config.index, fingers, quality)
-    return clock.run(
-        "restart",
-        partial(plan_restarted, trial.surfaces, index, trial.checker, fingers, planner, quality),
-    )
-
-
-def _plan_global(
-    config: TrialConfig,
-    trial: PlannedTrial,
-    restarted: LocalPlan | None,
-    refined: Mapping[str, RefinedGrasp],
-    clock: StageClock,
-) -> dict[str, GlobalResult]:
-    """Search the finished surface for the best grasp by each measure, under the same constraints.
-
-    The search begins with all grasps that are known, so none of them is better than its bound.
-    """
-    if not config.search.enabled:
-        return {}
-
-    def search(measure: str) -> GlobalResult:
-        return plan_global(
-            trial.surfaces[-1],
-            measure,
-            config.hand.fingers,
-            config.quality,
-            config.search,
-            checker=trial.checker,
-            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
-            starts=_known(trial.plan, restarted, *refined.values()),
-            on_begin=clock.watch.follow,
-        )
-
-    return {
-        measure: clock.run(f"global_{measure}", partial(search, measure))
-        for measure in config.search.measures
-    }
-
-
-def _known(*found: Plan | LocalPlan | RefinedGrasp | None) -> tuple[Grasp, ...]:
-    return tuple(each.grasp for each in found if each is not None)
-
-
-def _refine(
-    config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None, clock: StageClock
-) -> dict[str, RefinedGrasp]:
-    """Climb each measure from the local grasp, under the constraints of the global search."""
-    if not config.search.refine:
-        return {}
-
-    def climb(measure: str) -> RefinedGrasp:
-        return refine(
-            trial.plan.grasp,
-            trial.surfaces[-1],
-            measure,
-            config.quality,
-            checker=trial.checker,
-            centre_tolerance_m=_centre_tolerance(config, trial, restarted),
-            parameters=config.planner.refine,
-        )
-
-    return {
-        measure: clock.run(f"refine_{measure}", partial(climb, measure))
-        for measure in config.search.measures
-        if measure != "mirtich_canny"
-    }
-
-
-def _centre_tolerance(config: TrialConfig, trial: PlannedTrial, restarted: LocalPlan | None) -> float | None:
-    return centre_tolerance_m(config, _known(trial.plan, restarted))
 
 
 def _execute(config: TrialConfig, way: Way, clock: StageClock) -> ExecutionResult | None:
@@ -303,49 +213,3 @@ def _executed(config: TrialConfig, trial: PlannedTrial, execution: ExecutionResu
         true_q3=true_q3(trial.scene.model, execution, config.quality, trial.surfaces[-1]),
         touch=felt_result(trial.scene, trial.surfaces[-1], execution),
     )
-
-
-def _record_plan(log: TrialLog, trial: PlannedTrial) -> None:
-    if trial.followed is not None:
-        followed = trial.followed
-        log.followed_views(
-            followed.capture.tracked.views,
-            trial.silhouettes,
-            [followed.capture.true_pose(view.time_s or 0.0) for view in trial.views],
-            [followed.estimated_pose(view.time_s or 0.0) for view in trial.views],
-        )
-    else:
-        log.views(trial.views, trial.silhouettes)
-    if trial.scene is not None:
-        log.object_pose(trial.scene.transform_object_to_world)
-    for surface in trial.surfaces:
-        log.surface(surface)
-    log.grasp(trial.plan.grasp, "local")
-    if trial.strengthened is not None:
-        log.grasp(trial.strengthened.grasp, "strengthened")
-
-
-def _record_paths(
-    log: TrialLog,
-    trial: PlannedTrial,
-    best: Mapping[str, GlobalResult],
-    paths: tuple[FingertipPath, ...],
-    motion: JointPath,
-) -> None:
-    if trial.explored is not None:
-        log.grasp(trial.explored.grasp, "explored")
-    for measure, found in best.items():
-        if found.grasp is not None:
-            log.grasp(found.grasp, f"global-{measure}")
-    log.paths(paths)
-    log.joints(trial.hand.joint_names, motion.times, motion.joints, motion.transform_palm_to_world)
-
-
-def _scores(result: TrialResult) -> dict[str, object]:
-    scores: dict[str, object] = {"success": result.success}
-    for measure in ("q1", "q2", "q3"):
-        scores[f"local.{measure}"] = getattr(result.local, measure)
-    for measure, found in result.global_.items():
-        scores[f"global.{measure}"] = found.value
-        scores[f"ratio.{measure}"] = result.ratio.get(measure)
-    return scores
