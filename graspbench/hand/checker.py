@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     import trimesh
 
 
+_MAX_FAILURES = 10_000
+"""So many are remembered; each takes a kilobyte."""
+
+
 class HeldContacts(NamedTuple):
     """Contacts that a hand holds.
 
@@ -47,7 +51,7 @@ class GraspChecker:
     """Decides whether a hand with a floating wrist reaches given contacts, and how.
 
     The ground and the object's surface are obstacles. The same question has the same answer, whatever was
-    asked before; only the last failure is remembered, for whoever asks its reason.
+    asked before; failures are remembered, since a search in vain takes the longest.
 
     Args:
         hand: The hand.
@@ -84,7 +88,7 @@ class GraspChecker:
             faces: Its triangles, shape (t, 3); without, only the points are obstacles.
         """
         self._surroundings = surroundings_of(points, faces)
-        self._failure: tuple[bytes, Attempt] | None = None
+        self._failures: dict[bytes, Attempt] = {}
 
     def place(
         self, points: FloatArray, normals: FloatArray, *, start: HandPosture | None = None
@@ -245,11 +249,12 @@ class GraspChecker:
         return Task(targets, points, normals, self._surroundings.points, self._limits)
 
     def _anywhere(self, task: Task) -> Attempt:
-        """Search from many starts; the last question that had no answer is not searched again."""
+        """Search from many starts, unless that was in vain before: planners come to the same nodes again."""
         asked = task.points.tobytes() + task.normals.tobytes()
-        if self._failure is not None and self._failure[0] == asked:
-            return self._failure[1]
+        known = self._failures.get(asked)
+        if known is not None:
+            return known
         attempt = self._search.anywhere(task, self._surroundings)
-        if attempt.failed:
-            self._failure = (asked, attempt)
+        if attempt.failed and len(self._failures) < _MAX_FAILURES:
+            self._failures[asked] = attempt
         return attempt

@@ -201,6 +201,26 @@ def test_a_tip_must_not_sink_into_the_object_beside_its_contact(radial, depth, f
         assert "sink into the object" in checker.reason(points, normals)
 
 
+def test_contacts_that_had_no_posture_are_searched_for_once_for_each_object(radial, monkeypatch):
+    checker = GraspChecker(radial, 0.0)
+    searched = []
+    anywhere = checker._search.anywhere
+    monkeypatch.setattr(
+        checker._search,
+        "anywhere",
+        lambda task, *more: searched.append(task.points.tobytes()) or anywhere(task, *more),
+    )
+    normals = np.array([[1.0, 0.0, 0.0], [-0.5, 0.8660254, 0.0], [-0.5, -0.8660254, 0.0]])
+    sets = [radius * normals + [0.0, 0.0, 0.06] for radius in (0.4, 0.5)]  # out of reach
+    for points in (*sets, *sets):
+        assert checker.place(points, normals) is None
+        assert checker.reason(points, normals) != ""
+    assert len(searched) == len(set(searched)) == 2
+    checker.set_object(sets[0])
+    assert checker.place(sets[1], normals) is None
+    assert len(searched) == 3
+
+
 def test_the_reason_of_a_failure_is_that_of_the_object_set_last(radial):
     checker = GraspChecker(radial, 0.0)
     points = np.array([[0.03, 0.0, 0.06], [-0.015, 0.026, 0.06], [-0.015, -0.026, 0.06]])
