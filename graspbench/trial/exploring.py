@@ -27,7 +27,6 @@ from graspbench.planning import (
     refine,
 )
 from graspbench.planning.grasp_optimization import GraspOptimization
-from graspbench.planning.merit import quality_of
 from graspbench.reconstruction.surface import Surface
 from graspbench.simulation.exploring_grasp import feel_grasp
 from graspbench.simulation.tip_friction import tip_friction
@@ -35,6 +34,7 @@ from graspbench.simulation.touch_parameters import TouchParameters
 from graspbench.simulation.world import World
 from graspbench.trial.clock import StageClock
 from graspbench.trial.planned import PlannedTrial, Scene
+from graspbench.trial.strengthening import measured_on_surface
 
 _SUMMITS = 4
 """Climbs, each with jumps of its own."""
@@ -133,7 +133,7 @@ def _explore(
     return Explored(
         grasp=grasp,
         history=trial.executed.history if number == 0 else (grasp,),
-        quality=quality_of(surface, grasp.vertices, config.quality, _length_m(config, surface)),
+        quality=measured_on_surface(config, trial, grasp),
         measure=p.measure,
         felt=tuple(felt.values()),
         foreseen=tuple(float(foreseen[k]) for k in order),

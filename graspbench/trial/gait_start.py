@@ -14,10 +14,9 @@ from graspbench.errors import ManipulationError
 from graspbench.grasp import Grasp
 from graspbench.manipulation import ContactParameters, GaitResult, gait_object
 from graspbench.planning import PlanningProblem, make_index
-from graspbench.planning.merit import quality_of
 from graspbench.planning.planners.random_closure import RandomClosure, RandomClosureParameters
 from graspbench.trial.planned import PlannedTrial
-from graspbench.trial.strengthening import Strengthened, carries_object
+from graspbench.trial.strengthening import Strengthened, carries_object, measured_on_surface
 
 
 def gait_with_start(
@@ -50,7 +49,9 @@ def gait_with_start(
             if error.data.get("turned_deg", 0.0) > refused.data["turned_deg"]:
                 refused = error
         else:
-            return _started_from(config, trial, start), gait
+            measured = measured_on_surface(config, trial, start)
+            instead = Strengthened(start, (start,), measured, False, False, for_gait=True)
+            return replace(trial, strengthened=instead), gait
     if tried == 1:
         raise refused
     raise ManipulationError(
@@ -89,11 +90,3 @@ def _starts(config: ManipulationConfig, trial: PlannedTrial) -> Iterator[Grasp]:
     for found in sorted(planner.plan(problem), key=lambda found: -found.score):
         if trial.scene is None or carries_object(config, trial, found.grasp):
             yield found.grasp
-
-
-def _started_from(config: ManipulationConfig, trial: PlannedTrial, grasp: Grasp) -> PlannedTrial:
-    surface, quality = trial.surfaces[-1], config.quality
-    length_m = quality.torque_length_m(surface.points, surface.centroid)
-    measured = quality_of(surface, grasp.vertices, quality, length_m)
-    instead = Strengthened(grasp, (grasp,), measured, for_weight=False, climbed=False, for_gait=True)
-    return replace(trial, strengthened=instead)

@@ -84,11 +84,16 @@ def strengthened(config: TrialConfig, trial: PlannedTrial, clock: StageClock) ->
         history = plan.history if grasp is plan.grasp else (*plan.history, grasp)
     if grasp is trial.plan.grasp:
         return trial
-    surface, quality = trial.surfaces[-1], config.quality
-    length_m = quality.torque_length_m(surface.points, surface.centroid)
-    measured = quality_of(surface, grasp.vertices, quality, length_m)
+    measured = measured_on_surface(config, trial, grasp)
     instead = Strengthened(grasp, history, measured, plan is not trial.plan, grasp is not plan.grasp)
     return replace(trial, strengthened=instead)
+
+
+def measured_on_surface(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> GraspQuality:
+    """Return the measures of a grasp on the finished surface."""
+    surface, quality = trial.surfaces[-1], config.quality
+    length_m = quality.torque_length_m(surface.points, surface.centroid)
+    return quality_of(surface, grasp.vertices, quality, length_m)
 
 
 def carries_object(config: TrialConfig, trial: PlannedTrial, grasp: Grasp) -> bool:

@@ -108,3 +108,14 @@ def test_an_object_is_lost_where_too_few_fingers_hold_it(held):
     assert not played.success
     assert "in phase in_hand" in played.reason
     assert not played.phases[-1].held
+
+
+def test_a_finger_that_slides_presses_as_it_shall_where_the_surface_is_not_where_it_was_seen(held):
+    """Its path leads 3 mm into the object: springs that did not give way would push with newtons."""
+    hand, _, grasp, _ = held
+    rest, inside = grasp.posture.joints, lifted(hand, grasp, grasp.posture.joints, 0, -0.003)
+    joints, times = np.stack((rest, rest, inside, inside)), np.array([0.0, 0.2, END_S, 2 * END_S])
+    poses = np.broadcast_to(np.eye(4), (4, 4, 4))
+    result = play(held, InHandPath(times, joints, poses, sliding=(0,), sliding_n=0.2))
+    assert result.success, result.reason
+    assert result.position_error_m[-1] < 0.0002

@@ -11,6 +11,7 @@ from graspbench.trial import gait_start
 from graspbench.trial.clock import StageClock
 from graspbench.trial.gait_start import gait_with_start
 from graspbench.trial.planned import planned_trial
+from graspbench.trial.strengthening import measured_on_surface
 from tests.small import SMALL_PICTURES
 
 GAIT = (
@@ -67,9 +68,7 @@ def test_the_best_by_q3_come_first_and_of_all_refusals_the_farthest_is_told(plan
         gait_with_start(*planned)
     assert caught.value.data["turned_deg"] == 9.0
     config, trial, _ = planned
-    surface = trial.surfaces[-1]
-    length_m = config.quality.torque_length_m(surface.points, surface.centroid)
-    q3 = [gait_start.quality_of(surface, grasp.vertices, config.quality, length_m).q3 for grasp in tried[1:]]
+    q3 = [measured_on_surface(config, trial, grasp).q3 for grasp in tried[1:]]
     assert q3 == sorted(q3, reverse=True)
     assert all(grasp.posture is not None for grasp in tried)
 
